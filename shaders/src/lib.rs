@@ -1,0 +1,94 @@
+//! The WGSL of Lightloom, embedded, so that each crate can be published and used without its sources beside it.
+//!
+//! ```text
+//! shared/       functions and structs, no entry points
+//! passes/       one entry point per file, named like the file: the passes of `lightloom-passes`
+//! strategies/   likewise, of `lightloom-strategies`
+//! ```
+//!
+//! Files import one another by lines `#import "shared/math.wgsl"`, textually and once; `lightloom_graph::WgslSources`
+//! resolves them.
+//!
+//! ```
+//! let (path, source) = lightloom_shaders::FILES[0];
+//! assert!(path.ends_with(".wgsl") && !source.is_empty());
+//! ```
+
+/// Pairs of path and source, for paths relative to the folder `shaders`.
+macro_rules! embed {
+    ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../", $path)))),*] };
+}
+
+/// Every shader source: its path below the folder `shaders`, with forward slashes, and its text.
+pub const FILES: &[(&str, &str)] = embed![
+    "shared/brdf.wgsl",
+    "shared/bvh.wgsl",
+    "shared/camera.wgsl",
+    "shared/dispatch.wgsl",
+    "shared/emission.wgsl",
+    "shared/estimate.wgsl",
+    "shared/gbuffer.wgsl",
+    "shared/hash_grid.wgsl",
+    "shared/lights.wgsl",
+    "shared/math.wgsl",
+    "shared/path.wgsl",
+    "shared/photon.wgsl",
+    "shared/photon_block.wgsl",
+    "shared/radiance_sum.wgsl",
+    "shared/rng.wgsl",
+    "shared/scene_bindings.wgsl",
+    "shared/surface.wgsl",
+    "shared/texture.wgsl",
+    "shared/tiles.wgsl",
+    "strategies/exact_gather.wgsl",
+    "strategies/exact_resolve.wgsl",
+    "strategies/hash_grid_gather.wgsl",
+    "strategies/hash_grid_insert.wgsl",
+    "strategies/hash_grid_pack.wgsl",
+    "strategies/hash_grid_scatter.wgsl",
+    "strategies/list_stats.wgsl",
+    "strategies/sort_lists.wgsl",
+    "strategies/tiled_bounds.wgsl",
+    "strategies/tiled_gather.wgsl",
+    "strategies/tiled_insert.wgsl",
+];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    fn walk(root: &Path, folder: &Path, found: &mut BTreeSet<String>) {
+        for entry in std::fs::read_dir(folder).expect("the folder can be read") {
+            let path = entry.expect("the entry can be read").path();
+            if path.is_dir() {
+                walk(root, &path, found);
+            } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+                let relative = path.strip_prefix(root).expect("the walk stays inside");
+                let parts: Vec<_> = relative.iter().map(|part| part.to_string_lossy()).collect();
+                found.insert(parts.join("/"));
+            }
+        }
+    }
+
+    #[test]
+    fn every_file_is_listed() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let mut found = BTreeSet::new();
+        walk(root, root, &mut found);
+        let listed: BTreeSet<String> = super::FILES.iter().map(|(path, _)| (*path).to_owned()).collect();
+        assert_eq!(listed.len(), super::FILES.len(), "a file is listed twice");
+        assert_eq!(found, listed, "left: on disk, right: listed in FILES");
+    }
+
+    #[test]
+    fn every_import_is_listed() {
+        for (path, source) in super::FILES {
+            for line in source.lines().filter_map(|line| line.strip_prefix("#import ")) {
+                let target = line.trim().trim_matches('"');
+                let listed = super::FILES.iter().any(|(other, _)| *other == target);
+                assert!(listed, "{path} imports {target}, which is not listed");
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+// Sums the photons of a tile at each of its pixels: [MML13] listing 6 with step(k²) = 1, that is every photon.
+//
+// One workgroup per tile; its list passes through workgroup memory in blocks of 256, so that each photon is fetched once
+// per tile rather than once per pixel.
+#import "shared/gbuffer.wgsl"
+#import "shared/photon_block.wgsl"
+
+struct Params {
+    camera_position_world: vec3f,
+    tiles_x: u32,
+    size: vec2u,
+    // Kernel radii (m).
+    r_min: f32,
+    r_max: f32,
+    entry_capacity: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(2) var surface: texture_2d<u32>;
+@group(0) @binding(3) var<storage, read> photons: array<Photon>;
+@group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
+@group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
+@group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(16, 16)
+fn tiled_gather(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) workgroup: vec3u,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let inside = all(id.xy < params.size);
+    let pixel = min(id.xy, params.size - 1u);
+    let point = visible_point(textureLoad(position, pixel, 0), textureLoad(surface, pixel, 0), params.camera_position_world);
+    let gathers = inside && point.gatherable;
+
+    let tile = workgroup.y * params.tiles_x + workgroup.x;
+    let end = min(tile_offsets[tile + 1u], params.entry_capacity);
+    var sum: RadianceSum;
+    for (var block = tile_offsets[tile]; block < end; block += PHOTON_BLOCK) {
+        let count = min(PHOTON_BLOCK, end - block);
+        if thread < count {
+            load_block_photon(thread, photons[tile_entries[block + thread]], params.r_min, params.r_max);
+        }
+        workgroupBarrier();
+        if gathers {
+            gather_block(&sum, point, count);
+        }
+        workgroupBarrier();
+    }
+    if inside {
+        textureStore(indirect, pixel, vec4f(sum.indirect, 1.0));
+        textureStore(caustic, pixel, vec4f(sum.caustic, 1.0));
+    }
+}
