@@ -1,0 +1,132 @@
+// Reflection at one point: Lambert, and glTF 2.0's metallic-roughness model (GGX with height-correlated Smith masking,
+// Schlick's Fresnel; glTF 2.0 appendix B). Directions point away from the surface; `f` is in sr⁻¹, without the cosine.
+#import "shared/math.wgsl"
+
+struct Brdf {
+    // Shading normal, on the side of the viewer.
+    normal: vec3f,
+    base_color: vec3f,
+    roughness: f32,
+    metallic: f32,
+    // Reflectance of the dielectric at normal incidence.
+    f0: f32,
+    // Plain Lambert: metallic 0 and roughness 1 without a texture for them.
+    lambert: bool,
+}
+
+struct BrdfSample {
+    direction: vec3f,
+    // f · |cos θ| / pdf.
+    weight: vec3f,
+    // Per solid angle (sr⁻¹).
+    pdf: f32,
+}
+
+// GGX narrower than this (α = roughness²) is noise in every estimator that is not a mirror.
+const MIN_ALPHA: f32 = 1.0e-3;
+
+fn schlick(f0: vec3f, cos_theta: f32) -> vec3f {
+    let c = clamp(1.0 - cos_theta, 0.0, 1.0);
+    let c2 = c * c;
+    return f0 + (1.0 - f0) * (c2 * c2 * c);
+}
+
+fn brdf_alpha(brdf: Brdf) -> f32 {
+    return max(brdf.roughness * brdf.roughness, MIN_ALPHA);
+}
+
+fn ggx_distribution(alpha: f32, cos_h: f32) -> f32 {
+    let a2 = alpha * alpha;
+    let d = cos_h * cos_h * (a2 - 1.0) + 1.0;
+    return a2 / (PI * d * d);
+}
+
+// Smith's masking of one direction: 1 / (1 + Λ).
+fn ggx_masking(alpha: f32, cos_theta: f32) -> f32 {
+    let a2 = alpha * alpha;
+    return 2.0 * cos_theta / (cos_theta + sqrt(a2 + (1.0 - a2) * cos_theta * cos_theta));
+}
+
+fn brdf_eval(brdf: Brdf, wi: vec3f, wo: vec3f) -> vec3f {
+    let cos_i = dot(brdf.normal, wi);
+    let cos_o = dot(brdf.normal, wo);
+    if cos_i <= 0.0 || cos_o <= 0.0 {
+        return vec3f(0.0);
+    }
+    if brdf.lambert {
+        return brdf.base_color * (1.0 / PI);
+    }
+    let h = normalize(wi + wo);
+    let alpha = brdf_alpha(brdf);
+    let a2 = alpha * alpha;
+    let cos_d = dot(wo, h);
+    let visibility = 0.5 / (cos_i * sqrt(a2 + (1.0 - a2) * cos_o * cos_o) + cos_o * sqrt(a2 + (1.0 - a2) * cos_i * cos_i));
+    let specular = schlick(mix(vec3f(brdf.f0), brdf.base_color, brdf.metallic), cos_d)
+        * (ggx_distribution(alpha, dot(brdf.normal, h)) * visibility);
+    let diffuse = brdf.base_color * ((1.0 - brdf.metallic) * (1.0 - schlick(vec3f(brdf.f0), cos_d).x) / PI);
+    return diffuse + specular;
+}
+
+// Probability with which the glossy lobe is sampled.
+fn brdf_glossy_probability(brdf: Brdf, wo: vec3f) -> f32 {
+    if brdf.lambert {
+        return 0.0;
+    }
+    let fresnel = schlick(mix(vec3f(brdf.f0), brdf.base_color, brdf.metallic), max(0.0, dot(brdf.normal, wo)));
+    let glossy = mean_component(fresnel);
+    let diffuse = (1.0 - brdf.metallic) * mean_component(brdf.base_color) * (1.0 - brdf.f0);
+    return clamp(glossy / max(glossy + diffuse, 1.0e-6), 0.1, select(0.9, 1.0, diffuse == 0.0));
+}
+
+fn brdf_pdf(brdf: Brdf, wi: vec3f, wo: vec3f) -> f32 {
+    let cos_i = dot(brdf.normal, wi);
+    let cos_o = dot(brdf.normal, wo);
+    if cos_i <= 0.0 || cos_o <= 0.0 {
+        return 0.0;
+    }
+    let p = brdf_glossy_probability(brdf, wo);
+    var pdf = (1.0 - p) * cos_i / PI;
+    if p > 0.0 {
+        let h = normalize(wi + wo);
+        let alpha = brdf_alpha(brdf);
+        // Density of visible normals [Heitz18], divided by the Jacobian 4 (ω_o·h) of reflection.
+        pdf += p * ggx_masking(alpha, cos_o) * ggx_distribution(alpha, dot(brdf.normal, h)) / (4.0 * cos_o);
+    }
+    return pdf;
+}
+
+// Normal visible from `wo` (local frame, z up) [Heitz18], "Sampling the GGX Distribution of Visible Normals".
+fn sample_visible_normal(wo: vec3f, alpha: f32, u: vec2f) -> vec3f {
+    let v = normalize(vec3f(alpha * wo.xy, wo.z));
+    let d = sample_disc(u);
+    let s = 0.5 * (1.0 + v.z);
+    // The visible half of the projected hemisphere: the axis of the squeeze lies in the plane of v and z.
+    let across = cross(vec3f(0.0, 0.0, 1.0), v);
+    let length2 = dot(across, across);
+    let t1 = select(vec3f(1.0, 0.0, 0.0), across * inverseSqrt(max(length2, 1.0e-30)), length2 > 1.0e-12);
+    let t2 = cross(v, t1);
+    let p1 = d.x;
+    let p2 = mix(sqrt(max(0.0, 1.0 - d.x * d.x)), d.y, s);
+    let n = p1 * t1 + p2 * t2 + sqrt(max(0.0, 1.0 - p1 * p1 - p2 * p2)) * v;
+    return normalize(vec3f(alpha * n.xy, max(1.0e-6, n.z)));
+}
+
+// Draws a direction; the weight is zero where the drawn direction cannot be reflected into.
+fn brdf_sample(brdf: Brdf, wo: vec3f, u: vec3f) -> BrdfSample {
+    let frame = tangent_frame(brdf.normal);
+    let p = brdf_glossy_probability(brdf, wo);
+    var wi: vec3f;
+    if u.z < p {
+        let local = wo * frame;
+        let h = frame * sample_visible_normal(local, brdf_alpha(brdf), u.xy);
+        wi = reflect(-wo, h);
+    } else {
+        wi = frame * sample_cosine_hemisphere(u.xy);
+    }
+    if brdf.lambert {
+        return BrdfSample(wi, brdf.base_color, max(dot(brdf.normal, wi), 0.0) / PI);
+    }
+    let pdf = brdf_pdf(brdf, wi, wo);
+    let weight = brdf_eval(brdf, wi, wo) * (dot(brdf.normal, wi) / max(pdf, 1.0e-20));
+    return BrdfSample(wi, select(vec3f(0.0), weight, pdf > 0.0), pdf);
+}

@@ -1,0 +1,167 @@
+// Rays against the scene: traversal of a compressed eight-wide BVH [Ylitie17], "Efficient Incoherent Ray Traversal on
+// GPUs Through Compressed Wide BVHs", with the node layout of the crate obvhs (80 bytes; minima and maxima interleaved).
+#import "shared/math.wgsl"
+#import "shared/rng.wgsl"
+#import "shared/scene_bindings.wgsl"
+#import "shared/texture.wgsl"
+
+// Deeper trees than this are refused when the scene is built.
+const TRAVERSAL_STACK_SIZE: u32 = 32u;
+const NO_HIT: u32 = 0xffffffffu;
+const ALPHA_TESTED: u32 = 0x80000000u;
+
+struct Hit {
+    // Distance along the ray in units of its direction's length.
+    t: f32,
+    // Index into `bvh_triangles`, or NO_HIT.
+    index: u32,
+    // Barycentric weights of the second and third corner.
+    uv: vec2f,
+}
+
+fn bytes_of(word: u32) -> vec4f {
+    return vec4f(unpack4xU8(word));
+}
+
+fn triangle_uv(attributes: TriangleAttributes, bary: vec2f) -> vec2f {
+    return attributes.uv0 * (1.0 - bary.x - bary.y) + attributes.uv1 * bary.x + attributes.uv2 * bary.y;
+}
+
+// Whether an alpha-tested triangle lets the ray pass at `bary`. Blending is decided by a coin of the hit's own bits.
+fn alpha_passes(id: u32, bary: vec2f, direction: vec3f) -> bool {
+    let attributes = triangles[id];
+    let material = materials[attributes.material];
+    let alpha = material.base_color.a * sample_texture(material.base_color_texture, triangle_uv(attributes, bary), true).a;
+    if material.alpha_cutoff >= 0.0 {
+        return alpha < material.alpha_cutoff;
+    }
+    let coin = pcg4d(vec4u(bitcast<u32>(bary.x), bitcast<u32>(bary.y), id, bitcast<u32>(direction.x)));
+    return unit_float(coin.x) >= alpha;
+}
+
+// Möller–Trumbore. Returns (t, u, v), t < 0 on a miss.
+fn intersect_triangle(triangle: BvhTriangle, origin: vec3f, direction: vec3f) -> vec3f {
+    let p = cross(direction, triangle.edge2);
+    let det = dot(triangle.edge1, p);
+    let inv_det = 1.0 / det;
+    let s = origin - triangle.v0;
+    let u = dot(s, p) * inv_det;
+    let q = cross(s, triangle.edge1);
+    let v = dot(direction, q) * inv_det;
+    let t = dot(triangle.edge2, q) * inv_det;
+    let hit = det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+    return select(vec3f(-1.0), vec3f(t, u, v), hit);
+}
+
+// Children of a node that the ray meets before `t_max`: a bit per inner child in the top byte, a bit per triangle below.
+fn intersect_node(node: u32, origin: vec3f, inv_direction: vec3f, octant: u32, t_max: f32) -> vec4u {
+    let base = node * 5u;
+    let head = bvh_nodes[base];
+    let meta_words = bvh_nodes[base + 1u];
+    let x_planes = bvh_nodes[base + 2u];
+    let y_planes = bvh_nodes[base + 3u];
+    let z_planes = bvh_nodes[base + 4u];
+    let scale = vec3f(
+        bitcast<f32>((head.w & 0xffu) << 23u),
+        bitcast<f32>(((head.w >> 8u) & 0xffu) << 23u),
+        bitcast<f32>(((head.w >> 16u) & 0xffu) << 23u),
+    ) * inv_direction;
+    let start = (bitcast<vec3f>(head.xyz) - origin) * inv_direction;
+    let negative = inv_direction < vec3f(0.0);
+    var hits = 0u;
+    for (var half = 0u; half < 2u; half += 1u) {
+        let meta4 = select(meta_words.z, meta_words.w, half == 1u);
+        let inner = (meta4 & (meta4 << 1u)) & 0x10101010u;
+        let inner_mask = (inner >> 4u) * 0xffu;
+        let bit_index = (meta4 ^ (octant & inner_mask)) & 0x1f1f1f1fu;
+        let child_bits = (meta4 >> 5u) & 0x07070707u;
+        let x_low = bytes_of(select(x_planes.x, x_planes.y, half == 1u));
+        let x_high = bytes_of(select(x_planes.z, x_planes.w, half == 1u));
+        let y_low = bytes_of(select(y_planes.x, y_planes.y, half == 1u));
+        let y_high = bytes_of(select(y_planes.z, y_planes.w, half == 1u));
+        let z_low = bytes_of(select(z_planes.x, z_planes.y, half == 1u));
+        let z_high = bytes_of(select(z_planes.z, z_planes.w, half == 1u));
+        let near = max(max(
+            select(x_low, x_high, negative.x) * scale.x + start.x,
+            select(y_low, y_high, negative.y) * scale.y + start.y),
+            max(select(z_low, z_high, negative.z) * scale.z + start.z, vec4f(0.0)));
+        // Widened by two ulp [Ize13], so that rounding loses no box.
+        let far = min(min(
+            select(x_high, x_low, negative.x) * scale.x + start.x,
+            select(y_high, y_low, negative.y) * scale.y + start.y),
+            min(select(z_high, z_low, negative.z) * scale.z + start.z, vec4f(t_max))) * 1.0000003;
+        let met = near <= far;
+        let bits = vec4u(
+            (child_bits & 0xffu) << (bit_index & 0xffu),
+            ((child_bits >> 8u) & 0xffu) << ((bit_index >> 8u) & 0xffu),
+            ((child_bits >> 16u) & 0xffu) << ((bit_index >> 16u) & 0xffu),
+            (child_bits >> 24u) << (bit_index >> 24u),
+        );
+        let kept = select(vec4u(0u), bits, met);
+        hits |= kept.x | kept.y | kept.z | kept.w;
+    }
+    // Hits, inner-child mask, first child, first triangle.
+    return vec4u(hits, head.w >> 24u, meta_words.x, meta_words.y);
+}
+
+// Nearest hit of the ray in (0, t_max). With `any`, the first one found: for shadow rays.
+fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
+    var hit = Hit(t_max, NO_HIT, vec2f(0.0));
+    // A zero component becomes tiny: no infinities meet a zero in the slab test.
+    let tiny = abs(direction) < vec3f(1.0e-20);
+    let safe = select(direction, vec3f(1.0e-20), tiny);
+    let inv_direction = 1.0 / safe;
+    let octant = select(0x04040404u, 0u, safe.x < 0.0) | select(0x02020202u, 0u, safe.y < 0.0)
+        | select(0x01010101u, 0u, safe.z < 0.0);
+    var stack: array<vec2u, TRAVERSAL_STACK_SIZE>;
+    var stack_size = 0u;
+    var group = vec2u(0u, 0x80000000u);
+    loop {
+        var primitives = vec2u(0u);
+        if (group.y & 0xff000000u) != 0u {
+            let bit = firstLeadingBit(group.y);
+            let inner_mask = group.y;
+            group.y &= ~(1u << bit);
+            if (group.y & 0xff000000u) != 0u && stack_size < TRAVERSAL_STACK_SIZE {
+                stack[stack_size] = group;
+                stack_size += 1u;
+            }
+            let slot = (bit - 24u) ^ (octant & 0xffu);
+            let child = group.x + countOneBits(inner_mask & ~(0xffffffffu << slot));
+            let found = intersect_node(child, origin, inv_direction, octant, hit.t);
+            group = vec2u(found.z, (found.x & 0xff000000u) | found.y);
+            primitives = vec2u(found.w, found.x & 0x00ffffffu);
+        } else {
+            group = vec2u(0u);
+        }
+        while primitives.y != 0u {
+            let bit = firstLeadingBit(primitives.y);
+            primitives.y &= ~(1u << bit);
+            let index = primitives.x + bit;
+            let triangle = bvh_triangles[index];
+            let tuv = intersect_triangle(triangle, origin, direction);
+            if tuv.x > 0.0 && tuv.x < hit.t {
+                let tested = (triangle.id & ALPHA_TESTED) != 0u;
+                if !tested || !alpha_passes(triangle.id & ~ALPHA_TESTED, tuv.yz, direction) {
+                    hit = Hit(tuv.x, index, tuv.yz);
+                    if any {
+                        return hit;
+                    }
+                }
+            }
+        }
+        if (group.y & 0xff000000u) == 0u {
+            if stack_size == 0u {
+                break;
+            }
+            stack_size -= 1u;
+            group = stack[stack_size];
+        }
+    }
+    return hit;
+}
+
+// Whether nothing stands between `origin` and `origin + direction * t_max`.
+fn unoccluded(origin: vec3f, direction: vec3f, t_max: f32) -> bool {
+    return trace_ray(origin, direction, t_max, true).index == NO_HIT;
+}

@@ -1,0 +1,58 @@
+// What the eye sees through each pixel, packed into three textures:
+// position (rgba32float: world m; distance to the camera m, 0 where nothing is), surface (rgba32uint), emission.
+#import "shared/math.wgsl"
+#import "shared/brdf.wgsl"
+
+const SURFACE_VALID: u32 = 0x10000u;
+// The first surface is a mirror or a smooth dielectric.
+const SURFACE_SPECULAR: u32 = 0x20000u;
+const SURFACE_LAMBERT: u32 = 0x40000u;
+
+struct VisiblePoint {
+    // World (m).
+    position: vec3f,
+    // Distance to the camera (m).
+    depth: f32,
+    normal_geometric: vec3f,
+    brdf: Brdf,
+    // Unit, towards the eye.
+    to_eye: vec3f,
+    // A surface is there, and light can be gathered at it: it is not specular.
+    gatherable: bool,
+    valid: bool,
+}
+
+// Base colour in 11, 11 and 10 bits, spaced as its square root: steps of 0.1 % of white near black.
+fn base_color_encode(color: vec3f) -> u32 {
+    let s = vec3u(round(sqrt(saturate(color)) * vec3f(2047.0, 2047.0, 1023.0)));
+    return s.x | (s.y << 11u) | (s.z << 22u);
+}
+
+fn base_color_decode(bits: u32) -> vec3f {
+    let s = vec3f(f32(bits & 2047u), f32((bits >> 11u) & 2047u), f32(bits >> 22u)) / vec3f(2047.0, 2047.0, 1023.0);
+    return s * s;
+}
+
+fn surface_encode(brdf: Brdf, normal_geometric: vec3f, specular: bool) -> vec4u {
+    var bits = SURFACE_VALID | u32(round(saturate(brdf.roughness) * 255.0)) | (u32(round(saturate(brdf.metallic) * 255.0)) << 8u)
+        | (u32(round(saturate(brdf.f0 * 4.0) * 255.0)) << 24u);
+    bits |= select(0u, SURFACE_SPECULAR, specular) | select(0u, SURFACE_LAMBERT, brdf.lambert);
+    return vec4u(octahedral_encode(brdf.normal), octahedral_encode(normal_geometric), base_color_encode(brdf.base_color), bits);
+}
+
+fn visible_point(position: vec4f, surface: vec4u, camera_position_world: vec3f) -> VisiblePoint {
+    var point: VisiblePoint;
+    point.position = position.xyz;
+    point.depth = position.w;
+    point.normal_geometric = octahedral_decode(surface.y);
+    point.brdf.normal = octahedral_decode(surface.x);
+    point.brdf.base_color = base_color_decode(surface.z);
+    point.brdf.roughness = f32(surface.w & 0xffu) / 255.0;
+    point.brdf.metallic = f32((surface.w >> 8u) & 0xffu) / 255.0;
+    point.brdf.f0 = f32(surface.w >> 24u) / 1020.0;
+    point.brdf.lambert = (surface.w & SURFACE_LAMBERT) != 0u;
+    point.to_eye = normalize(camera_position_world - position.xyz);
+    point.valid = (surface.w & SURFACE_VALID) != 0u;
+    point.gatherable = point.valid && (surface.w & SURFACE_SPECULAR) == 0u;
+    return point;
+}

@@ -1,0 +1,106 @@
+// Unbiased path tracing from the eye with next-event estimation, and multiple importance sampling of emissive surfaces
+// (balance heuristic, [Veach97]). x1 is the first surface the eye sees, x2 the next, and so on.
+//
+// Light that leaves a point or directional light through a mirror or a refractor and meets a diffuse surface cannot be
+// sampled from the eye; particles traced from the lights add it (see passes/photon_splat.wgsl).
+#import "shared/rng.wgsl"
+#import "shared/surface.wgsl"
+#import "shared/lights.wgsl"
+
+// Radiance towards the eye (W·m⁻²·sr⁻¹).
+struct PathRadiance {
+    // Emitted at x1, and light that reached x1 straight from a light; x1 not specular.
+    direct: vec3f,
+    // All other.
+    indirect: vec3f,
+    // Part of `indirect` that was only scattered by specular surfaces before x1.
+    caustic: vec3f,
+}
+
+// Survival by throughput begins at this vertex.
+const ROULETTE_START: u32 = 4u;
+
+// `max_bounces`: surfaces that light may be scattered at before it reaches x1.
+fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_bounces: u32, rng: ptr<function, Rng>) -> PathRadiance {
+    var result = PathRadiance(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var origin = ray_origin;
+    var direction = ray_direction;
+    var throughput = vec3f(1.0);
+    // Of the last scattering.
+    var pdf = 0.0;
+    var was_specular = true;
+    var first_specular = false;
+    // x2 … are all specular so far.
+    var chain_specular = true;
+    for (var vertex = 1u; vertex <= max_bounces + 2u; vertex += 1u) {
+        let hit = trace_ray(origin, direction, INFINITY, false);
+        if hit.index == NO_HIT {
+            break;
+        }
+        let surface = surface_at(hit, direction);
+        if !surface.front && surface.thickness > 0.0 {
+            throughput *= exp(-surface.absorption * hit.t);
+        }
+        let wo = -direction;
+        let specular = surface_is_specular(surface);
+
+        // Emission, weighted against next-event estimation at the vertex before.
+        if max_component(surface.emission) > 0.0 {
+            var weight = 1.0;
+            if !was_specular {
+                let light = lights[surface.light];
+                let light_pdf = emissive_pdf(light, info, hit.t, abs(dot(surface.normal_geometric, direction)));
+                weight = pdf / (pdf + light_pdf);
+            }
+            let value = throughput * surface.emission * weight;
+            if vertex == 1u || (vertex == 2u && !first_specular) {
+                result.direct += value;
+            } else {
+                result.indirect += value;
+                if chain_specular && !first_specular {
+                    result.caustic += value;
+                }
+            }
+        }
+        if vertex == 1u {
+            first_specular = specular;
+        } else {
+            chain_specular = chain_specular && specular;
+        }
+        if vertex == max_bounces + 2u {
+            break;
+        }
+
+        // Next-event estimation.
+        if !specular {
+            var value = punctual_light(surface, wo, info, rng);
+            let emissive = emissive_light(surface, wo, info, rng_next4(rng));
+            if emissive.pdf > 0.0 {
+                let reflected_pdf = brdf_pdf(surface.brdf, emissive.direction, wo);
+                value += emissive.value * (emissive.pdf / (emissive.pdf + reflected_pdf));
+            }
+            if vertex == 1u {
+                result.direct += throughput * value;
+            } else {
+                result.indirect += throughput * value;
+            }
+        }
+
+        let scattered = scatter(surface, wo, rng_next4(rng), true);
+        throughput *= scattered.weight;
+        var survival = 1.0;
+        if vertex >= ROULETTE_START {
+            survival = clamp(max_component(throughput), 0.05, 1.0);
+        }
+        if max_component(throughput) <= 0.0 || rng_next4(rng).x >= survival {
+            break;
+        }
+        throughput /= survival;
+        pdf = scattered.pdf;
+        // Without next-event estimation here, emission that the next ray meets counts whole.
+        was_specular = specular;
+        origin = surface_exit(surface, scattered.direction);
+        direction = scattered.direction;
+    }
+    return result;
+}

@@ -1,0 +1,63 @@
+// The photon record, 32 bytes, and its packing.
+#import "shared/math.wgsl"
+#import "shared/rng.wgsl"
+
+struct Photon {
+    // World space (m).
+    position: vec3f,
+    // W, RGB with one shared exponent (8 bits each), rounded by chance so that sums are unbiased.
+    flux: u32,
+    // Direction of travel, octahedral.
+    direction: u32,
+    // Geometric normal on the side the photon came from, octahedral.
+    normal: u32,
+    // Two halves: length of the last segment (m), path probability ρ [MML13, Eq. 5].
+    length_probability: u32,
+    // Bits 0–7: surfaces scattered at before this one. Then the PHOTON_… flags.
+    bounce_flags: u32,
+}
+
+// Every earlier scattering was specular.
+const PHOTON_CAUSTIC: u32 = 0x100u;
+// The first scattering was specular and the light is a point or a direction: the eye cannot sample such paths.
+const PHOTON_LIGHT_ONLY: u32 = 0x200u;
+
+// What the photons of one frame add up to.
+struct PhotonState {
+    // Records that lie in the buffer.
+    stored: u32,
+    // Records that found no place.
+    dropped: u32,
+    // Records of all batches so far, stored or not.
+    total: u32,
+    pad0: u32,
+    // Flux in fixed point, 64 bits each as (low, high): emitted, absorbed, escaped, terminated; red, green, blue in each.
+    ledger: array<u32, 24>,
+}
+
+fn flux_encode(flux: vec3f, dither: vec3f) -> u32 {
+    let largest = max_component(flux);
+    if !(largest > 1.0e-37) {
+        return 0u;
+    }
+    // largest = m · 2^e with m in [½, 1); the mantissa keeps below 255 so that rounding up has room.
+    var e = frexp(largest).exp;
+    if ldexp(largest, 8 - e) > 254.0 {
+        e += 1;
+    }
+    let m = vec3u(vec3f(ldexp(flux.x, 8 - e), ldexp(flux.y, 8 - e), ldexp(flux.z, 8 - e)) + dither);
+    return m.x | (m.y << 8u) | (m.z << 16u) | (u32(clamp(e + 128, 0, 255)) << 24u);
+}
+
+fn flux_decode(bits: u32) -> vec3f {
+    let scale = ldexp(1.0, i32(bits >> 24u) - 136);
+    return vec3f(f32(bits & 0xffu), f32((bits >> 8u) & 0xffu), f32((bits >> 16u) & 0xffu)) * scale;
+}
+
+fn photon_path_probability(photon: Photon) -> f32 {
+    return unpack2x16float(photon.length_probability).y;
+}
+
+fn photon_ray_length(photon: Photon) -> f32 {
+    return unpack2x16float(photon.length_probability).x;
+}

@@ -1,0 +1,169 @@
+// The surface a ray met, and how it scatters: opaque reflection, mirrors, smooth dielectrics.
+#import "shared/math.wgsl"
+#import "shared/brdf.wgsl"
+#import "shared/bvh.wgsl"
+#import "shared/texture.wgsl"
+
+// A metal smoother than this is a mirror.
+const MIRROR_ROUGHNESS: f32 = 0.03;
+// Bit of Material.flags: Lambert whatever the factors say.
+const MATERIAL_LAMBERT: u32 = 1u;
+const NO_LIGHT: u32 = 0xffffffffu;
+
+struct Surface {
+    position: vec3f,
+    // Geometric normal on the side the ray came from.
+    normal_geometric: vec3f,
+    // The ray met the front (counter-clockwise) side.
+    front: bool,
+    brdf: Brdf,
+    // Emitted radiance towards the ray's origin (W·m⁻²·sr⁻¹).
+    emission: vec3f,
+    // Fraction of light that refraction takes in place of diffuse reflection.
+    transmission: f32,
+    ior: f32,
+    // 0: thin-walled.
+    thickness: f32,
+    // σ_a of the inside (m⁻¹).
+    absorption: vec3f,
+    // Smooth metal.
+    mirror: bool,
+    // Index into `lights` when it emits, else NO_LIGHT.
+    light: u32,
+}
+
+struct Scatter {
+    direction: vec3f,
+    // What remains of the flux or radiance; 0 ends the path.
+    weight: vec3f,
+    // Per solid angle (sr⁻¹); 0 for a specular event.
+    pdf: f32,
+    specular: bool,
+}
+
+fn surface_at(hit: Hit, direction: vec3f) -> Surface {
+    let triangle = bvh_triangles[hit.index];
+    let attributes = triangles[triangle.id & ~ALPHA_TESTED];
+    let material = materials[triangle.material];
+    let uv = triangle_uv(attributes, hit.uv);
+
+    var surface: Surface;
+    surface.position = triangle.v0 + triangle.edge1 * hit.uv.x + triangle.edge2 * hit.uv.y;
+    let geometric = normalize(cross(triangle.edge1, triangle.edge2));
+    surface.front = dot(geometric, direction) < 0.0;
+    surface.normal_geometric = select(-geometric, geometric, surface.front);
+
+    var normal = normalize(octahedral_decode(attributes.normals.x) * (1.0 - hit.uv.x - hit.uv.y)
+        + octahedral_decode(attributes.normals.y) * hit.uv.x + octahedral_decode(attributes.normals.z) * hit.uv.y);
+    if material.normal_texture.first_texel != NO_TEXTURE {
+        normal = mapped_normal(triangle, attributes, material, uv, normal);
+    }
+    // Surfaces are two-sided: the shading normal is turned to the viewer.
+    normal = select(normal, -normal, dot(normal, direction) > 0.0);
+
+    let metal_rough = sample_texture(material.metallic_roughness_texture, uv, false);
+    surface.brdf.normal = normal;
+    surface.brdf.base_color = material.base_color.rgb * sample_texture(material.base_color_texture, uv, true).rgb;
+    surface.brdf.roughness = material.roughness * metal_rough.g;
+    surface.brdf.metallic = material.metallic * metal_rough.b;
+    let f = (material.ior - 1.0) / (material.ior + 1.0);
+    surface.brdf.f0 = f * f;
+    surface.brdf.lambert = (material.flags & MATERIAL_LAMBERT) != 0u;
+
+    surface.emission = vec3f(0.0);
+    if surface.front && triangle.light != NO_LIGHT {
+        surface.emission = material.emissive * sample_texture(material.emissive_texture, uv, true).rgb;
+    }
+    surface.light = triangle.light;
+    surface.transmission = material.transmission;
+    surface.ior = material.ior;
+    surface.thickness = material.thickness;
+    surface.absorption = material.absorption;
+    surface.mirror = surface.brdf.metallic >= 0.95 && surface.brdf.roughness <= MIRROR_ROUGHNESS;
+    return surface;
+}
+
+// Tangent-space normal map; the tangent follows the texture coordinates of the triangle.
+fn mapped_normal(triangle: BvhTriangle, attributes: TriangleAttributes, material: Material, uv: vec2f, normal: vec3f) -> vec3f {
+    let d1 = attributes.uv1 - attributes.uv0;
+    let d2 = attributes.uv2 - attributes.uv0;
+    let det = d1.x * d2.y - d1.y * d2.x;
+    if abs(det) < 1.0e-20 {
+        return normal;
+    }
+    let tangent = (triangle.edge1 * d2.y - triangle.edge2 * d1.y) / det;
+    let flat_tangent = tangent - normal * dot(normal, tangent);
+    let length2 = dot(flat_tangent, flat_tangent);
+    if length2 < 1.0e-20 {
+        return normal;
+    }
+    let t = flat_tangent * inverseSqrt(length2);
+    // glTF's v runs down the image: the bitangent of ∂p/∂v is turned to keep the handedness of (t, b, n).
+    let b = cross(normal, t) * sign(det);
+    let texel = sample_texture(material.normal_texture, uv, false).xyz * 2.0 - 1.0;
+    let scaled = vec3f(texel.xy * material.normal_scale, texel.z);
+    return normalize(t * scaled.x - b * scaled.y + normal * scaled.z);
+}
+
+// Whether light leaves the surface in single directions only, so that no density can be estimated there.
+fn surface_is_specular(surface: Surface) -> bool {
+    return surface.mirror || surface.transmission > 0.0;
+}
+
+// Fresnel reflectance of a dielectric; `eta` = n_transmitted / n_incident. 1 in total internal reflection.
+fn fresnel_dielectric(cos_i: f32, eta: f32) -> f32 {
+    let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
+    if sin2_t >= 1.0 {
+        return 1.0;
+    }
+    let cos_t = sqrt(1.0 - sin2_t);
+    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    return 0.5 * (parallel * parallel + perpendicular * perpendicular);
+}
+
+// A smooth dielectric: solid (thickness > 0) or thin-walled. `radiance`: scale by the compression of solid angle, which
+// radiance undergoes at a boundary and flux does not.
+fn scatter_dielectric(surface: Surface, wo: vec3f, u: f32, radiance: bool) -> Scatter {
+    let normal = surface.brdf.normal;
+    let cos_o = max(dot(normal, wo), 1.0e-6);
+    let eta = select(1.0 / surface.ior, surface.ior, surface.front);
+    if surface.thickness <= 0.0 {
+        // Reflections inside a thin wall add up: R' = 2R / (1 + R).
+        let r = fresnel_dielectric(cos_o, surface.ior);
+        let both = 2.0 * r / (1.0 + r);
+        if u < both {
+            return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true);
+        }
+        return Scatter(-wo, surface.brdf.base_color, 0.0, true);
+    }
+    if u < fresnel_dielectric(cos_o, eta) {
+        return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true);
+    }
+    let sin2_t = (1.0 - cos_o * cos_o) / (eta * eta);
+    let cos_t = sqrt(max(0.0, 1.0 - sin2_t));
+    let transmitted = normalize(-wo / eta + normal * (cos_o / eta - cos_t));
+    let scale = select(1.0, 1.0 / (eta * eta), radiance);
+    return Scatter(transmitted, surface.brdf.base_color * scale, 0.0, true);
+}
+
+// Draws where light goes on, from four uniform numbers. `wo` points to where the path came from.
+fn scatter(surface: Surface, wo: vec3f, u: vec4f, radiance: bool) -> Scatter {
+    if surface.transmission > 0.0 && u.w < surface.transmission {
+        return scatter_dielectric(surface, wo, u.x, radiance);
+    }
+    if surface.mirror {
+        let cos_o = dot(surface.brdf.normal, wo);
+        return Scatter(reflect(-wo, surface.brdf.normal), schlick(surface.brdf.base_color, cos_o), 0.0, true);
+    }
+    let drawn = brdf_sample(surface.brdf, wo, u.xyz);
+    // Shading normals can send light through the surface: such directions are lost.
+    let kept = dot(drawn.direction, surface.normal_geometric) > 0.0 && dot(wo, surface.normal_geometric) > 0.0;
+    return Scatter(drawn.direction, select(vec3f(0.0), drawn.weight, kept), drawn.pdf, false);
+}
+
+// Origin for a ray that leaves the surface in `direction`.
+fn surface_exit(surface: Surface, direction: vec3f) -> vec3f {
+    let side = select(-1.0, 1.0, dot(direction, surface.normal_geometric) >= 0.0);
+    return offset_origin(surface.position, surface.normal_geometric * side);
+}
