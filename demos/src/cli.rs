@@ -1,0 +1,251 @@
+//! The command line: what can be asked, and the words for it.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::values::{
+    Assignment, ImageSize, parse_count, parse_positive, parse_radius, parse_strategy,
+};
+
+/// Renders glTF scenes by photon density estimation and compares the estimators.
+///
+/// Without a command: compares all strategies on a built-in scene, writes a report and says where it is.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "lightloom", version, max_term_width = 110)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render one image of a scene by one strategy
+    Render(RenderArgs),
+    /// Render a scene by several strategies and write report.html, results.json and the images
+    Compare(CompareArgs),
+    /// Plan a frame description without a device: passes, memory, time
+    Plan(PlanArgs),
+    /// Write the render graph of one frame of a strategy
+    Graph(GraphArgs),
+    /// List what this machine offers and which strategies run on it
+    Adapters,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The image: .exr for linear radiance, .png tone-mapped
+    #[arg(short, long, value_name = "OUT.{exr,png}")]
+    pub(crate) output: PathBuf,
+    /// How radiance is estimated; `path` is the reference
+    #[arg(long, value_name = "NAME", default_value = "tiled", value_parser = parse_strategy)]
+    pub(crate) strategy: String,
+    /// Paths per pixel of strategy `path`
+    #[arg(long, value_name = "N", default_value = "64", value_parser = parse_positive)]
+    pub(crate) samples: u32,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CompareArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Strategies to compare; all but `path` when not given
+    #[arg(long, value_name = "A,B,…", value_delimiter = ',', value_parser = parse_strategy)]
+    pub(crate) strategies: Vec<String>,
+    /// What to compare with: `path` renders it here, a file is read
+    #[arg(long, value_name = "path|FILE.exr")]
+    pub(crate) reference: Option<PathBuf>,
+    /// Paths per pixel of strategy `path` and of the reference
+    #[arg(long, value_name = "N", default_value = "256", value_parser = parse_positive)]
+    pub(crate) samples: u32,
+    /// Folder for the report and the images
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Print results.json on stdout instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What decides an image, whatever the command.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// A .gltf or .glb file, or builtin:NAME
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// Set a parameter of a strategy; with several strategies also as NAME.K=V
+    #[arg(long = "set", value_name = "K=V")]
+    pub(crate) assignments: Vec<Assignment>,
+    /// Which part of the light
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) layer: Layer,
+    /// Image size in pixels
+    #[arg(long, value_name = "WxH", default_value = "640x360")]
+    pub(crate) size: ImageSize,
+    /// A camera of the file; its first when not given
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) camera: Option<String>,
+    /// Photons emitted per frame, such as 250k or 1M
+    #[arg(long, value_name = "N", default_value = "1M", value_parser = parse_count)]
+    pub(crate) photons: u32,
+    /// Bounces of a path at most
+    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u32).range(0..=64))]
+    pub(crate) bounces: u32,
+    /// Frames to average, each with other photons
+    #[arg(long, value_name = "N", default_value = "1", value_parser = parse_positive)]
+    pub(crate) frames: u32,
+    /// Constant search radius in metres; the strategy's own when not given
+    #[arg(long, value_name = "R", value_parser = parse_radius)]
+    pub(crate) radius: Option<f32>,
+    /// First number of the random sequences; the same seed gives the same photons
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub(crate) seed: u32,
+    /// Filtering of the estimate over neighbouring pixels; `on` is not in this release
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) filter: Switch,
+    /// How rays find surfaces; `auto` takes the best there is
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) trace: Trace,
+    /// How materials are read; `lambert` makes every opaque non-metal diffuse
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) materials: Materials,
+    /// The same image bit for bit from run to run, whatever it costs
+    #[arg(long)]
+    pub(crate) deterministic: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// The description of a frame, as `lightloom graph --format frame` writes it
+    #[arg(value_name = "FRAME.json")]
+    pub(crate) frame: PathBuf,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct GraphArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The strategy whose frame is written
+    #[arg(long, value_name = "NAME", value_parser = parse_strategy)]
+    pub(crate) strategy: String,
+    /// dot for Graphviz, json for the plan, frame for `lightloom plan`; `html` is not in this release
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: GraphFormat,
+    /// The file; stdout when not given
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// A part of the light, or what the camera sees of the surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Layer {
+    /// Emitted + direct + indirect
+    #[default]
+    Final,
+    /// Light that reached the first surface straight from a light
+    Direct,
+    /// Light after at least one bounce or refraction
+    Indirect,
+    /// The part of the indirect light whose earlier bounces were all specular
+    Caustic,
+    /// Base colour
+    Albedo,
+    /// World-space shading normal
+    Normal,
+    /// Distance to the camera in metres
+    Depth,
+}
+
+impl Layer {
+    /// The word on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Final => "final",
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+            Self::Caustic => "caustic",
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+            Self::Depth => "depth",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    On,
+    #[default]
+    Off,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Trace {
+    #[default]
+    Auto,
+    Bvh,
+    RayQuery,
+    Pipeline,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Materials {
+    #[default]
+    Gltf,
+    Lambert,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GraphFormat {
+    #[default]
+    Dot,
+    Json,
+    Html,
+    Frame,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn options_of_the_design_are_understood() {
+        let line = "lightloom render a.glb -o o.exr --strategy hash-grid --set cell=0.1 --set levels=2 --layer indirect \
+                    --size 320x180 --camera 1 --photons 1M --bounces 3 --frames 4 --radius 0.05 --seed 7 --filter off \
+                    --trace bvh --materials lambert --deterministic --samples 16";
+        let cli = Cli::try_parse_from(line.split_whitespace()).unwrap();
+        let Some(Command::Render(args)) = cli.command else {
+            panic!("not a render: {cli:?}");
+        };
+        assert_eq!(args.strategy, "hash-grid");
+        assert_eq!(args.scene.assignments.len(), 2);
+        assert_eq!(args.scene.size.0, [320, 180]);
+        assert_eq!(args.scene.photons, 1_000_000);
+        assert_eq!(args.scene.radius, Some(0.05));
+        assert_eq!(args.scene.materials, Materials::Lambert);
+        assert!(args.scene.deterministic, "--deterministic");
+        let line = "lightloom compare a.glb --strategies exact,tiled --reference path -o out";
+        let cli = Cli::try_parse_from(line.split_whitespace()).unwrap();
+        let Some(Command::Compare(args)) = cli.command else {
+            panic!("not a comparison: {cli:?}");
+        };
+        assert_eq!(args.strategies, ["exact", "tiled"]);
+    }
+
+    #[test]
+    fn layers_are_called_as_on_the_command_line() {
+        for layer in Layer::value_variants() {
+            assert_eq!(Layer::from_str(layer.name(), false), Ok(*layer));
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Values of options: sizes, counts, radii, assignments.
+
+use std::str::FromStr;
+
+use crate::MAX_SIZE;
+
+/// `WxH`, each 1 to 16384 pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ImageSize(pub(crate) [u32; 2]);
+
+impl FromStr for ImageSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = |side: &str| side.parse::<u32>().ok();
+        let sides = text
+            .split_once(['x', 'X', '×'])
+            .and_then(|(w, h)| Some([parse(w)?, parse(h)?]));
+        let Some(size) = sides else {
+            return Err("write width and height in pixels as WxH, such as 640x360".to_owned());
+        };
+        if size.iter().any(|side| *side == 0 || *side > MAX_SIZE) {
+            return Err(format!(
+                "width and height must each be 1 to {MAX_SIZE} pixels"
+            ));
+        }
+        Ok(Self(size))
+    }
+}
+
+/// `K=V` or `STRATEGY.K=V`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Assignment {
+    /// The strategy it is for; all that have the key when not given.
+    pub(crate) strategy: Option<String>,
+    /// The parameter.
+    pub(crate) key: String,
+    /// Its value.
+    pub(crate) value: String,
+}
+
+impl FromStr for Assignment {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong =
+            || "write a parameter and its value as K=V, or NAME.K=V for one strategy".to_owned();
+        let (key, value) = text.split_once('=').ok_or_else(wrong)?;
+        let (strategy, key) = match key.trim().split_once('.') {
+            Some((strategy, key)) => (Some(parse_strategy(strategy)?), key),
+            None => (None, key.trim()),
+        };
+        if key.is_empty() || value.trim().is_empty() {
+            return Err(wrong());
+        }
+        Ok(Self {
+            strategy,
+            key: key.to_owned(),
+            value: value.trim().to_owned(),
+        })
+    }
+}
+
+/// A count above 0, with `k` for thousands or `M` for millions, such as 250k or 1.5M.
+pub(crate) fn parse_count(text: &str) -> Result<u32, String> {
+    let wrong = || "write a number above 0, such as 50000, 250k or 1M".to_owned();
+    let (digits, factor) = match text.strip_suffix(['k', 'K']) {
+        Some(digits) => (digits, 1e3),
+        None => text
+            .strip_suffix(['m', 'M'])
+            .map_or((text, 1.0), |digits| (digits, 1e6)),
+    };
+    // `f64` would also take "inf", "nan", "1e3" and signs.
+    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit() || b == b'.') {
+        return Err(wrong());
+    }
+    let count = digits.parse::<f64>().map_err(|_| wrong())? * factor;
+    if count > f64::from(u32::MAX) {
+        return Err(format!("at most {} is possible", u32::MAX));
+    }
+    if count < 1.0 || (count - count.round()).abs() > 1e-6 {
+        return Err(wrong());
+    }
+    Ok(count.round() as u32)
+}
+
+/// A whole number above 0.
+pub(crate) fn parse_positive(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(0) | Err(_) => Err(format!("write a whole number, 1 to {}", u32::MAX)),
+        Ok(number) => Ok(number),
+    }
+}
+
+/// A length above 0 (m).
+pub(crate) fn parse_radius(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(radius) if radius.is_finite() && radius > 0.0 => Ok(radius),
+        _ => Err("write a length in metres above 0, such as 0.05".to_owned()),
+    }
+}
+
+/// The name of a strategy that there is.
+pub(crate) fn parse_strategy(text: &str) -> Result<String, String> {
+    let names = crate::session::strategy_names();
+    if names.contains(&text) {
+        return Ok(text.to_owned());
+    }
+    Err(format!(
+        "no strategy has this name; there are: {}",
+        names.join(", ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!("320x180".parse(), Ok(ImageSize([320, 180])));
+        assert_eq!("16384x1".parse(), Ok(ImageSize([16384, 1])));
+        for wrong in [
+            "0x5",
+            "5x0",
+            "16385x1",
+            "5",
+            "x",
+            "-1x5",
+            "5x5x5",
+            "99999999999x1",
+        ] {
+            assert!(wrong.parse::<ImageSize>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn counts() {
+        assert_eq!(parse_count("1M"), Ok(1_000_000));
+        assert_eq!(parse_count("250k"), Ok(250_000));
+        assert_eq!(parse_count("1.5M"), Ok(1_500_000));
+        assert_eq!(parse_count("7"), Ok(7));
+        for wrong in [
+            "0", "", "k", "-5", "1.5", "5G", "inf", "nan", "1e3", "5000M", "1..2",
+        ] {
+            assert!(parse_count(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn radii() {
+        assert_eq!(parse_radius("0.05"), Ok(0.05));
+        for wrong in ["0", "-1", "inf", "NaN", "1m"] {
+            assert!(parse_radius(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn assignments() {
+        let all: Assignment = "cell=0.5".parse().unwrap();
+        assert_eq!(
+            (all.strategy, all.key.as_str(), all.value.as_str()),
+            (None, "cell", "0.5")
+        );
+        let one: Assignment = "tiled.size=8".parse().unwrap();
+        assert_eq!(
+            (one.strategy.as_deref(), one.key.as_str()),
+            (Some("tiled"), "size")
+        );
+        for wrong in ["cell", "=1", "cell=", "nobody.cell=1", ""] {
+            assert!(wrong.parse::<Assignment>().is_err(), "{wrong}");
+        }
+    }
+}
