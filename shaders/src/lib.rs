@@ -21,6 +21,20 @@ macro_rules! embed {
 
 /// Every shader source: its path below the folder `shaders`, with forward slashes, and its text.
 pub const FILES: &[(&str, &str)] = embed![
+    "passes/accumulate.wgsl",
+    "passes/compose.wgsl",
+    "passes/direct.wgsl",
+    "passes/gbuffer.wgsl",
+    "passes/path_trace.wgsl",
+    "passes/photon_advance.wgsl",
+    "passes/photon_compact.wgsl",
+    "passes/photon_splat.wgsl",
+    "passes/photon_trace.wgsl",
+    "passes/prefix_sum_apply.wgsl",
+    "passes/prefix_sum_blocks.wgsl",
+    "passes/prefix_sum_scan.wgsl",
+    "passes/specular_pixels.wgsl",
+    "passes/visibility.wgsl",
     "shared/brdf.wgsl",
     "shared/bvh.wgsl",
     "shared/camera.wgsl",

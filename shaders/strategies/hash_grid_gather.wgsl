@@ -8,15 +8,12 @@
 
 struct Params {
     grid: HashGrid,
+    camera_position_world: vec3f,
     // Kernel radii (m).
     r_min: f32,
     r_max: f32,
     pad0: u32,
-    camera_position_world: vec3f,
-    pad1: u32,
     size: vec2u,
-    pad2: u32,
-    pad3: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

@@ -1,0 +1,142 @@
+//! The radius of the density estimate's kernel: one meaning for all strategies.
+//!
+//! A photon's radius is r = r_min + (r_max − r_min) √(1 − ρ) [MML13] Eq. 4, where ρ is the a priori probability of its
+//! path: r_min for photons that took specular paths (caustics), nearly r_max after diffuse bounces.
+//!
+//! Raising the radii trades noise for blur: variance falls as r⁻², bias grows as r². With fixed radii the estimate is
+//! biased and stays so for any number of photons; it converges when the radii shrink as photons are added.
+//!
+//! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
+
+use crate::parameter::{Assignment, Parameter};
+use crate::{SceneInfo, StrategyError};
+use std::f32::consts::PI;
+
+/// Photons the automatic r_max would hold if the frame's photons were spread evenly over all surfaces: relative noise near
+/// 1/√75 = 12 % per pixel and channel, before any filter.
+const PHOTONS_PER_DISC: f32 = 75.0;
+/// Automatic r_min as a share of r_max: caustics gather 16 times and more flux per area than their surroundings.
+const R_MIN_SHARE: f32 = 0.25;
+
+/// Radii as a user states them; `None` is automatic.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KernelRadius {
+    /// Radius of photons of the most probable paths (m). Automatic: a quarter of r_max.
+    pub r_min_m: Option<f32>,
+    /// Radius of photons of the least probable paths (m).
+    ///
+    /// Automatic: r_max = √(75 A / (π N)), A the area of all surfaces (m²), N the photons emitted in the frame. With a scene's
+    /// usual albedo near one half, about as many photons are stored as are emitted, and so a disc of
+    /// this radius on an evenly lit surface holds about 75 photons.
+    pub r_max_m: Option<f32>,
+}
+
+/// Radii of one frame, both positive, r_min ≤ r_max.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Radii {
+    /// Smallest kernel radius (m).
+    pub r_min_m: f32,
+    /// Largest kernel radius (m).
+    pub r_max_m: f32,
+}
+
+impl KernelRadius {
+    /// One radius for all photons (m).
+    pub fn constant(radius_m: f32) -> Self {
+        Self { r_min_m: Some(radius_m), r_max_m: Some(radius_m) }
+    }
+
+    /// The radii for a frame of `emitted` photons.
+    ///
+    /// An automatic radius gives way to a stated one: a stated r_min above the automatic r_max raises that.
+    pub fn resolve(&self, scene: &SceneInfo, emitted: u32) -> Result<Radii, StrategyError> {
+        let automatic = (PHOTONS_PER_DISC * scene.surface_area_m2 / (PI * emitted.max(1) as f32)).sqrt();
+        // A scene without area still needs a positive radius; nothing will be gathered there.
+        let automatic = if automatic.is_finite() && automatic > 0.0 { automatic } else { 1.0 };
+        let r_max_m = self.r_max_m.unwrap_or_else(|| automatic.max(self.r_min_m.unwrap_or(0.0)));
+        let r_min_m = self.r_min_m.unwrap_or(R_MIN_SHARE * r_max_m);
+        let refuse = |setting, value: f32, expected| {
+            Err(StrategyError::BadSetting { setting, value: value.to_string(), expected })
+        };
+        if !(r_max_m.is_finite() && r_max_m > 0.0) {
+            return refuse("r_max", r_max_m, "a positive length in metres is needed");
+        }
+        if !(r_min_m > 0.0 && r_min_m <= r_max_m) {
+            return refuse("r_min", r_min_m, "a positive length in metres, at most r_max, is needed");
+        }
+        Ok(Radii { r_min_m, r_max_m })
+    }
+
+    /// Sets `r_min`, `r_max` or `radius` (both); `false` if the key is another.
+    pub(crate) fn set(&mut self, assignment: &Assignment<'_>) -> Result<bool, StrategyError> {
+        let both = match assignment.key {
+            "radius" => true,
+            "r_min" | "r_max" => false,
+            _ => return Ok(false),
+        };
+        let length = |value: &f32| value.is_finite() && *value > 0.0;
+        let radius = assignment.parse(length, "a positive length in metres, or `auto`")?;
+        if both || assignment.key == "r_min" {
+            self.r_min_m = radius;
+        }
+        if both || assignment.key == "r_max" {
+            self.r_max_m = radius;
+        }
+        Ok(true)
+    }
+
+    pub(crate) fn parameters(&self) -> Vec<Parameter> {
+        vec![
+            Parameter::new("r_min", self.r_min_m, "kernel radius of caustic photons (m); raising it blurs caustics and calms their noise"),
+            Parameter::new("r_max", self.r_max_m, "kernel radius of diffusely scattered photons (m); raising it blurs and calms noise"),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_info::tests::unit_scene;
+
+    #[test]
+    fn automatic_discs_hold_75_photons() {
+        let scene = unit_scene();
+        let radii = KernelRadius::default().resolve(&scene, 1_000_000).unwrap();
+        let held = PI * radii.r_max_m * radii.r_max_m / scene.surface_area_m2 * 1e6;
+        assert!((held - 75.0).abs() < 0.1, "{held}");
+        assert!((radii.r_min_m - radii.r_max_m / 4.0).abs() < 1e-6, "{radii:?}");
+    }
+
+    #[test]
+    fn stated_radii_win() {
+        let scene = unit_scene();
+        let constant = KernelRadius::constant(0.5).resolve(&scene, 10).unwrap();
+        assert_eq!(constant, Radii { r_min_m: 0.5, r_max_m: 0.5 });
+        let raised = KernelRadius { r_min_m: Some(1e3), r_max_m: None }.resolve(&scene, 10).unwrap();
+        assert_eq!(raised, Radii { r_min_m: 1e3, r_max_m: 1e3 });
+    }
+
+    #[test]
+    fn wrong_radii_are_refused() {
+        let scene = unit_scene();
+        for (r_min_m, r_max_m) in [(Some(2.0), Some(1.0)), (None, Some(0.0)), (None, Some(f32::NAN)), (Some(-1.0), None)] {
+            let error = KernelRadius { r_min_m, r_max_m }.resolve(&scene, 10).unwrap_err().to_string();
+            assert!(error.contains("metres"), "{error}");
+        }
+        let mut radius = KernelRadius::default();
+        let mut set = |key, value| radius.set(&Assignment { strategy: "exact", key, value });
+        for value in ["-1", "0", "nan", "inf", "1e99", "wide"] {
+            let error = set("radius", value).unwrap_err().to_string();
+            assert!(error.contains("`radius`") && error.contains(value), "{error}");
+        }
+        assert!(!set("colour", "1").unwrap(), "an unknown key is left to others");
+        assert!(set("r_max", "0.25").unwrap() && set("r_min", "auto").unwrap());
+        assert_eq!(radius, KernelRadius { r_min_m: None, r_max_m: Some(0.25) });
+    }
+
+    #[test]
+    fn a_scene_without_area_has_a_radius() {
+        let scene = SceneInfo { surface_area_m2: 0.0, ..unit_scene() };
+        assert!(KernelRadius::default().resolve(&scene, 0).unwrap().r_max_m > 0.0);
+    }
+}

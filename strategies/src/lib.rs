@@ -1,0 +1,46 @@
+//! Photon density estimation strategies behind one trait, and the pipeline that renders a frame with one of them.
+//!
+//! ```text
+//!            scene ──▶ G-buffer ──────────────┐
+//!                      photons (emit, trace) ─┼─▶ Strategy::declare ──▶ indirect, caustic
+//!                                             │                              │
+//!                      direct light ──────────┴──────────▶ composition ◀─────┘ ──▶ mean over frames
+//! ```
+//!
+//! [`registry`] lists the strategies of this crate; a third party adds its own by implementing [`Strategy`] in its own
+//! crate and handing it to [`Pipeline::new`].
+//!
+//! ```
+//! # fn main() -> Result<(), lightloom_strategies::StrategyError> {
+//! let mut strategy = lightloom_strategies::by_name("tiled")?;
+//! strategy.set("radius", "0.05")?;
+//! assert_eq!(strategy.name(), "tiled");
+//! assert!(strategy.parameters().iter().any(|p| p.name == "r_max" && p.value == "0.05"));
+//! # Ok(())
+//! # }
+//! ```
+
+mod error;
+mod exact;
+mod hash_grid;
+mod kernel_radius;
+mod parameter;
+mod photon_lists;
+mod registry;
+mod requirements;
+mod scene_info;
+mod shaders;
+mod strategy;
+mod tiled;
+
+pub use error::StrategyError;
+pub use exact::{Exact, ExactConfig};
+pub use hash_grid::{HashGrid, HashGridConfig};
+pub use kernel_radius::{KernelRadius, Radii};
+pub use parameter::Parameter;
+pub use photon_lists::{PhotonLists, SortLists};
+pub use registry::{Entry, by_name, registry};
+pub use requirements::Requirements;
+pub use scene_info::SceneInfo;
+pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
+pub use tiled::{Tiled, TiledConfig};

@@ -1,0 +1,96 @@
+//! Lists of photon indices, one per tile or per slot, in one buffer: what [MML13] calls the contents of tiles and buckets.
+//!
+//! ```text
+//! offsets   0   3   3   7  …  total          list i = entries[offsets[i] .. offsets[i + 1]]
+//!           |   |   |   |
+//! entries   a b c   d e f g …                cut at the capacity; what lies beyond is counted as dropped
+//! ```
+//!
+//! Threads fill a list in racing order. Where that matters, [`SortLists`] puts each list into ascending order: then sums
+//! over it run in one order, and equal inputs give equal bits.
+//!
+//! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
+
+use crate::{Stats, StrategyError, shaders};
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, shader_struct};
+
+/// Workgroups that share the lists: enough to fill a large device, few enough that starting them costs nothing.
+const WORKGROUPS: u32 = 1024;
+
+shader_struct! {
+    /// Parameters of `sort_lists` and `list_stats`.
+    struct ListParams {
+        lists: u32,
+        entry_capacity: u32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+/// Lists of photon indices.
+#[derive(Debug)]
+pub struct PhotonLists {
+    /// Where each list begins in `entries`; `lists + 1` words, the last is the total.
+    pub offsets: Handle<Buffer>,
+    /// Photon indices, list after list.
+    pub entries: Handle<Buffer>,
+    /// Number of lists.
+    pub lists: u32,
+    /// Entries there is room for.
+    pub entry_capacity: u32,
+}
+
+impl PhotonLists {
+    fn params(&self) -> ListParams {
+        ListParams { lists: self.lists, entry_capacity: self.entry_capacity, ..ListParams::default() }
+    }
+}
+
+/// Puts every list into ascending order, in place.
+#[derive(Debug)]
+pub struct SortLists {
+    shader: ComputeShader,
+}
+
+impl SortLists {
+    /// Parses the shader.
+    pub fn new() -> Result<Self, StrategyError> {
+        Ok(Self { shader: shaders::compute("sort_lists")? })
+    }
+
+    /// Declares the pass; runs nothing.
+    pub fn add(&self, graph: &mut Graph<'_>, lists: &mut PhotonLists) {
+        graph
+            .compute(&self.shader)
+            .params(&lists.params())
+            .read("offsets", &lists.offsets)
+            .write("entries", &mut lists.entries)
+            .heavy()
+            .dispatch([lists.lists.clamp(1, WORKGROUPS), 1, 1]);
+    }
+}
+
+/// Counts entries, dropped entries, lists in use, and the longest list.
+#[derive(Debug)]
+pub(crate) struct ListStats {
+    shader: ComputeShader,
+}
+
+impl ListStats {
+    pub(crate) fn new() -> Result<Self, StrategyError> {
+        Ok(Self { shader: shaders::compute("list_stats")? })
+    }
+
+    /// Declares the pass. `names` are those of the four counts, in the order above.
+    pub(crate) fn add(&self, graph: &mut Graph<'_>, lists: &PhotonLists, names: &'static [&'static str; 4]) -> Stats {
+        let mut stats = graph.buffer("list_stats", BufferDesc::words(names.len() as u64));
+        graph.clear_buffer(&mut stats);
+        graph
+            .compute(&self.shader)
+            .params(&lists.params())
+            .read("offsets", &lists.offsets)
+            .write("stats", &mut stats)
+            .dispatch([lists.lists.div_ceil(64).clamp(1, WORKGROUPS), 1, 1]);
+        Stats { buffer: stats, names }
+    }
+}

@@ -1,0 +1,56 @@
+//! The strategies of this crate by name.
+
+use crate::{Exact, HashGrid, Strategy, StrategyError, Tiled};
+
+/// A strategy that can be built.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// Identifier, as on the command line.
+    pub name: &'static str,
+    /// Builds it with its default parameters.
+    pub build: fn() -> Result<Box<dyn Strategy>, StrategyError>,
+}
+
+/// All strategies of this crate, the oracle first.
+pub fn registry() -> &'static [Entry] {
+    &[
+        Entry { name: Exact::NAME, build: || Ok(Box::new(Exact::new()?)) },
+        Entry { name: Tiled::NAME, build: || Ok(Box::new(Tiled::new()?)) },
+        Entry { name: HashGrid::NAME, build: || Ok(Box::new(HashGrid::new()?)) },
+    ]
+}
+
+/// Builds the strategy of that name.
+pub fn by_name(name: &str) -> Result<Box<dyn Strategy>, StrategyError> {
+    let Some(entry) = registry().iter().find(|entry| entry.name == name) else {
+        let names: Vec<_> = registry().iter().map(|entry| format!("`{}`", entry.name)).collect();
+        return Err(StrategyError::UnknownStrategy { name: name.to_owned(), known: names.join(", ") });
+    };
+    (entry.build)()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_entry_builds_under_its_name_and_documents_its_parameters() {
+        for entry in registry() {
+            let mut strategy = (entry.build)().unwrap();
+            assert_eq!(strategy.name(), entry.name);
+            assert!(!strategy.description().is_empty(), "{} needs a description", entry.name);
+            for parameter in strategy.parameters() {
+                assert!(!parameter.doc.is_empty(), "{}: `{}` needs a description", entry.name, parameter.name);
+                strategy.set(parameter.name, &parameter.value).expect("a shown value can be set again");
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_names_list_the_known_ones() {
+        let error = by_name("tilde").err().expect("there is no such strategy").to_string();
+        assert!(error.contains("`tilde`") && error.contains("`tiled`"), "{error}");
+        let error = by_name("exact").unwrap().set("colour", "red").unwrap_err().to_string();
+        assert!(error.contains("`exact`") && error.contains("`colour`") && error.contains("`r_max`"), "{error}");
+    }
+}

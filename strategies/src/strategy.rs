@@ -1,0 +1,112 @@
+//! The trait behind which every estimator stands, and what passes through it.
+
+use crate::parameter::Assignment;
+use crate::{Parameter, Requirements, SceneInfo, StrategyError};
+use lightloom_graph::{Buffer, Graph, Handle, Texture};
+use lightloom_passes::{CameraUniform, GBuffer, Photons, SceneHandles};
+
+/// One way of estimating the light that leaves visible surfaces towards the eye.
+///
+/// Object-safe; a strategy knows the graph, the passes and its own shaders, and touches no device.
+pub trait Strategy {
+    /// Identifier used in labels, command lines and reports, e.g. `"hash-grid"`.
+    fn name(&self) -> &'static str;
+
+    /// One line for people: the method, its source, its bias.
+    fn description(&self) -> &'static str;
+
+    /// What it needs of a device. The default is WebGPU's guarantee.
+    fn requirements(&self) -> Requirements {
+        Requirements::default()
+    }
+
+    /// Whether it gathers photons; without, none are traced for it.
+    fn uses_photons(&self) -> bool {
+        true
+    }
+
+    /// Declares one frame's passes; runs nothing.
+    fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError>;
+
+    /// Forgets what it kept of earlier frames; call when the camera or the scene changes.
+    fn reset(&mut self) {}
+
+    /// Sets a parameter from text; `auto` lets the strategy choose.
+    fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
+        Err(Assignment { strategy: self.name(), key, value }.unknown(&self.parameters()))
+    }
+
+    /// All parameters and their present values.
+    fn parameters(&self) -> Vec<Parameter> {
+        Vec::new()
+    }
+}
+
+/// What a strategy is given to declare a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameInputs<'a> {
+    /// The scene's buffers and textures.
+    pub scene: &'a SceneHandles,
+    /// The scene's extent.
+    pub info: &'a SceneInfo,
+    /// What each pixel shows.
+    pub gbuffer: &'a GBuffer,
+    /// The photons; `Some` for strategies that use them.
+    pub photons: Option<&'a Photons>,
+    /// The eye.
+    pub camera: &'a CameraUniform,
+    /// Image size (pixels).
+    pub size: [u32; 2],
+    /// Frames since the start, from 0: decorrelates what is drawn at random.
+    pub frame_index: u32,
+    /// Seed of everything drawn at random.
+    pub seed: u32,
+    /// Surfaces that light may be scattered at before it reaches the visible point.
+    pub max_bounces: u32,
+    /// Sum in a fixed order, so that equal inputs give equal bits.
+    pub deterministic: bool,
+}
+
+impl<'a> FrameInputs<'a> {
+    /// The eye's position (m).
+    pub fn camera_position_world(&self) -> [f32; 3] {
+        let [x, y, z, _] = self.camera.world_from_view[3];
+        [x, y, z]
+    }
+
+    /// The photons, or the error that names `strategy`.
+    pub fn need_photons(&self, strategy: &'static str) -> Result<&'a Photons, StrategyError> {
+        self.photons.ok_or(StrategyError::NeedsPhotons { strategy })
+    }
+}
+
+/// What a strategy returns: images of the frame's size, rgba32float, linear RGB radiance (W·m⁻²·sr⁻¹).
+#[derive(Debug)]
+pub struct Estimate {
+    /// Light that was scattered at one surface or more before the visible one.
+    pub indirect: Handle<Texture>,
+    /// The part of `indirect` whose earlier scatterings were all specular.
+    pub caustic: Option<Handle<Texture>>,
+    /// Light emitted at the visible point or come to it straight from a light. `None`: the pipeline's own pass computes it.
+    pub direct: Option<Handle<Texture>>,
+    /// The images also hold the pixels whose first surface is specular. Otherwise the pipeline's own pass fills them.
+    pub covers_specular: bool,
+    /// Counts for the report.
+    pub stats: Option<Stats>,
+}
+
+impl Estimate {
+    /// An estimate of indirect light and nothing else.
+    pub fn new(indirect: Handle<Texture>) -> Self {
+        Self { indirect, caustic: None, direct: None, covers_specular: false, stats: None }
+    }
+}
+
+/// Counts that a strategy keeps on the GPU and the pipeline reads back.
+#[derive(Debug)]
+pub struct Stats {
+    /// One u32 per name.
+    pub buffer: Handle<Buffer>,
+    /// What the words count. A name that ends in `dropped` is light lost for want of room, and is reported as a warning.
+    pub names: &'static [&'static str],
+}

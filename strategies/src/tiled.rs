@@ -1,0 +1,270 @@
+//! Photons are inserted into the screen tiles they may affect; each tile's pixels gather its list together.
+//!
+//! ```text
+//! for each tile T:    bounds[T] = box of the visible points of T
+//! for each photon P:  for each tile T whose box meets the sphere of P:  count[T] += 1       # counting pass
+//! offsets = prefix sum of count                                                             # allocation pass
+//! for each photon P:  for each such tile T:  entries[offsets[T] + next[T]++] = P            # copy pass
+//! for each tile T:    for each block of 256 photons of T:  into workgroup memory
+//!                         for each pixel (x, y) of T:  image[x, y] += contribution of P at X
+//! ```
+//!
+//! [MML13] listings 5 and 6, without subsampling; tiles of 16 × 16 pixels. Sums the photons `exact` sums, in another order.
+//! Biased for any radius above 0; consistent as radii shrink and photons grow. A photon whose tiles find no room
+//! in the lists is lost there: `entries_dropped` counts them, and raising `entry_capacity` is the mend.
+//!
+//! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
+
+use crate::parameter::Assignment;
+use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError, shaders};
+use lightloom_graph::wgpu::TextureFormat;
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, TextureDesc, shader_struct};
+use lightloom_passes::{CameraUniform, Photons, PrefixSum};
+
+/// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
+const MAX_ENTRIES: u32 = 1 << 25;
+
+shader_struct! {
+    /// World-space box of the visible points of one tile.
+    struct TileBounds {
+        lower_world: [f32; 3],
+        points: u32,
+        upper_world: [f32; 3],
+        pad0: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `tiled_bounds`.
+    struct BoundsParams {
+        camera_position_world: [f32; 3],
+        tiles_x: u32,
+        size: [u32; 2],
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `tiled_insert`.
+    struct InsertParams {
+        camera: CameraUniform,
+        tiles: [u32; 2],
+        tile_size: u32,
+        entry_capacity: u32,
+        r_min: f32,
+        r_max: f32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `tiled_gather`.
+    struct GatherParams {
+        camera_position_world: [f32; 3],
+        tiles_x: u32,
+        size: [u32; 2],
+        r_min: f32,
+        r_max: f32,
+        entry_capacity: u32,
+        pad0: u32,
+        pad1: u32,
+        pad2: u32,
+    }
+}
+
+/// What a user can choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TiledConfig {
+    /// Kernel radii (m).
+    pub radius: KernelRadius,
+    /// Entries of all tile lists together, 4 bytes each, at most 2²⁵. Too few lose light, which is reported.
+    /// Automatic: 32 per photon, at least 2²².
+    pub entry_capacity: Option<u32>,
+}
+
+/// The strategy `tiled`.
+#[derive(Debug)]
+pub struct Tiled {
+    /// Parameters; may change between frames.
+    pub config: TiledConfig,
+    bounds: ComputeShader,
+    insert: ComputeShader,
+    prefix_sum: PrefixSum,
+    sort: SortLists,
+    stats: ListStats,
+    gather: ComputeShader,
+}
+
+impl Tiled {
+    /// Its name in the registry.
+    pub const NAME: &'static str = "tiled";
+
+    /// The strategy with default parameters.
+    pub fn new() -> Result<Self, StrategyError> {
+        Ok(Self {
+            config: TiledConfig::default(),
+            bounds: shaders::compute("tiled_bounds")?,
+            insert: shaders::compute("tiled_insert")?,
+            prefix_sum: PrefixSum::new()?,
+            sort: SortLists::new()?,
+            stats: ListStats::new()?,
+            gather: shaders::compute("tiled_gather")?,
+        })
+    }
+
+    /// Edge of a tile (pixels): the gathering workgroup's.
+    fn tile_size(&self) -> u32 {
+        self.gather.workgroup_size()[0]
+    }
+
+    fn tile_bounds(&self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>, tiles: [u32; 2]) -> Handle<Buffer> {
+        let count = u64::from(tiles[0]) * u64::from(tiles[1]);
+        let mut bounds = graph.buffer("tile_bounds", BufferDesc::array_of::<TileBounds>(count));
+        let params = BoundsParams {
+            camera_position_world: frame.camera_position_world(),
+            tiles_x: tiles[0],
+            size: frame.size,
+            ..BoundsParams::default()
+        };
+        graph
+            .compute(&self.bounds)
+            .params(&params)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface)
+            .write("tile_bounds", &mut bounds)
+            .dispatch([tiles[0], tiles[1], 1]);
+        bounds
+    }
+
+    /// Both loops over photons of listing 5; `offsets` of zero and a capacity of zero make it the counting pass.
+    fn insert(&self, graph: &mut Graph<'_>, name: &str, photons: &Photons, params: &InsertParams, io: InsertBuffers<'_>) {
+        graph
+            .compute(&self.insert)
+            .name(name)
+            .params(params)
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .read("tile_bounds", io.bounds)
+            .read("tile_offsets", io.offsets)
+            .write("tile_counts", io.counts)
+            .write("tile_entries", io.entries)
+            .dispatch_1d(photons.capacity);
+    }
+
+    fn lists(&self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>, photons: &Photons, radii: Radii) -> PhotonLists {
+        let tiles = frame.size.map(|pixels| pixels.div_ceil(self.tile_size()));
+        let lists = tiles[0] * tiles[1];
+        let words = BufferDesc::words(u64::from(lists) + 1);
+        let bounds = self.tile_bounds(graph, frame, tiles);
+        let counting = InsertParams {
+            camera: *frame.camera,
+            tiles,
+            tile_size: self.tile_size(),
+            entry_capacity: 0,
+            r_min: radii.r_min_m,
+            r_max: radii.r_max_m,
+            ..InsertParams::default()
+        };
+
+        // Counting pass: the offsets are all zero and the list has room for nothing.
+        let mut zeros = graph.buffer("tile_zeros", words.clone());
+        let mut counts = graph.buffer("tile_counts", words.clone());
+        let mut nowhere = graph.buffer("tile_nowhere", BufferDesc::words(1));
+        graph.clear_buffer(&mut zeros);
+        graph.clear_buffer(&mut counts);
+        let io = InsertBuffers { bounds: &bounds, offsets: &zeros, counts: &mut counts, entries: &mut nowhere };
+        self.insert(graph, "tiled_count", photons, &counting, io);
+
+        // Allocation pass.
+        let mut offsets = graph.buffer("tile_offsets", words.clone());
+        self.prefix_sum.add(graph, &counts, &mut offsets, lists);
+
+        // Copy pass.
+        let entry_capacity = self.config.entry_capacity.unwrap_or_else(|| automatic_entries(photons.capacity));
+        let mut entries = graph.buffer("tile_entries", BufferDesc::words(entry_capacity.into()));
+        let mut filled = graph.buffer("tile_filled", words);
+        graph.clear_buffer(&mut filled);
+        let io = InsertBuffers { bounds: &bounds, offsets: &offsets, counts: &mut filled, entries: &mut entries };
+        self.insert(graph, "tiled_insert", photons, &InsertParams { entry_capacity, ..counting }, io);
+        PhotonLists { offsets, entries, lists, entry_capacity }
+    }
+}
+
+/// Buffers of one run of `tiled_insert`.
+struct InsertBuffers<'a> {
+    bounds: &'a Handle<Buffer>,
+    offsets: &'a Handle<Buffer>,
+    counts: &'a mut Handle<Buffer>,
+    entries: &'a mut Handle<Buffer>,
+}
+
+impl Strategy for Tiled {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn description(&self) -> &'static str {
+        "photons in 16 × 16 pixel tiles, gathered through workgroup memory [MML13]; biased by its radius, consistent"
+    }
+
+    fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
+        let photons = frame.need_photons(Self::NAME)?;
+        let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
+
+        let mut lists = self.lists(graph, frame, photons, radii);
+        if frame.deterministic {
+            self.sort.add(graph, &mut lists);
+        }
+        let stats = self.stats.add(graph, &lists, &["entries", "entries_dropped", "tiles_used", "longest_list"]);
+
+        let mut indirect = graph.texture("tiled_indirect", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
+        let mut caustic = graph.texture("tiled_caustic", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
+        let params = GatherParams {
+            camera_position_world: frame.camera_position_world(),
+            tiles_x: frame.size[0].div_ceil(self.tile_size()),
+            size: frame.size,
+            r_min: radii.r_min_m,
+            r_max: radii.r_max_m,
+            entry_capacity: lists.entry_capacity,
+            ..GatherParams::default()
+        };
+        graph
+            .compute(&self.gather)
+            .params(&params)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface)
+            .read("photons", &photons.records)
+            .read("tile_offsets", &lists.offsets)
+            .read("tile_entries", &lists.entries)
+            .write("indirect", &mut indirect)
+            .write("caustic", &mut caustic)
+            .heavy()
+            .dispatch_threads([frame.size[0], frame.size[1], 1]);
+        Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
+        let assignment = Assignment { strategy: Self::NAME, key, value };
+        if key == "entry_capacity" {
+            let fits = |count: &u32| (1..=MAX_ENTRIES).contains(count);
+            self.config.entry_capacity = assignment.parse(fits, "a number from 1 to 33554432 (2²⁵), or `auto`, is needed")?;
+            return Ok(());
+        }
+        if self.config.radius.set(&assignment)? { Ok(()) } else { Err(assignment.unknown(&self.parameters())) }
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let doc = "entries of all tile lists (4 bytes each); too few lose light, which is reported";
+        let mut parameters = self.config.radius.parameters();
+        parameters.push(Parameter::new("entry_capacity", self.config.entry_capacity, doc));
+        parameters
+    }
+}
+
+/// Room for 32 tiles per photon, at least 2²² entries, at most what one binding holds.
+fn automatic_entries(photons: u32) -> u32 {
+    photons.saturating_mul(32).clamp(1 << 22, MAX_ENTRIES)
+}
