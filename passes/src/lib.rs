@@ -1,0 +1,57 @@
+//! The stages of Lightloom's frame, each a pass or a few of a render graph.
+//!
+//! ```text
+//! scene ─▶ visibility ─▶ G-buffer ─▶ direct light ───────────────────────┐
+//!   │                        │                                           ▼
+//!   └──▶ photon tracing ──▶ photons ─▶ (a strategy) ─▶ specular pixels ─▶ compose ─▶ accumulate
+//! ```
+//!
+//! A pass knows no strategy. Each is one Rust file and one WGSL file of the same name; `new` parses its shader (no device
+//! needed), `add` declares it in a [`Graph`](lightloom_graph::Graph) and runs nothing.
+//!
+//! Units: positions in m, flux in W, radiance in W·m⁻²·sr⁻¹, linear Rec. 709 RGB. Images have their first row on top.
+
+mod accumulate;
+mod camera;
+mod compose;
+mod direct;
+mod gbuffer;
+mod light_info;
+mod path_trace;
+mod photon;
+mod photon_splat;
+mod photon_trace;
+mod prefix_sum;
+pub mod scene;
+mod scene_bind;
+mod specular_pixels;
+mod trace_rays;
+mod visibility;
+
+pub use accumulate::{Accumulate, Accumulated};
+pub use camera::CameraUniform;
+pub use compose::Compose;
+pub use direct::{DirectLight, DirectSettings};
+pub use gbuffer::{GBuffer, GBufferPass};
+pub use light_info::LightInfo;
+pub use path_trace::{PathLayers, PathSettings, PathTrace};
+pub use photon::{FluxLedger, Photon, PhotonFlags, PhotonState, decode_flux, decode_octahedral};
+pub use photon_splat::{PhotonSplat, Splats};
+pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
+pub use prefix_sum::PrefixSum;
+pub use specular_pixels::SpecularPixels;
+pub use trace_rays::{Ray, RayHit, TraceRays};
+pub use visibility::Visibility;
+
+use lightloom_graph::{TextureDesc, WgslSources, wgpu::TextureFormat};
+
+/// The shaders of Lightloom, for [`ComputeShader::new`](lightloom_graph::ComputeShader::new) and for crates that add
+/// passes or strategies of their own: `shaders().with(&[("mine/gather.wgsl", "…")])`.
+pub fn shaders() -> WgslSources {
+    WgslSources::new().with(lightloom_shaders::FILES)
+}
+
+/// A picture of 32-bit floats: what every layer of radiance is.
+pub fn radiance_desc(size: [u32; 2]) -> TextureDesc {
+    TextureDesc::new_2d(size, TextureFormat::Rgba32Float)
+}

@@ -1,0 +1,63 @@
+//! Pixels whose first surface is a mirror or a smooth dielectric.
+//!
+//! Light leaves such a surface in single directions and no photon density helps there ([MML13] says so of all its
+//! methods): each such pixel follows one path per frame instead. Other pixels keep what the strategy gathered.
+
+use crate::scene::{SceneHandles, SceneInfo};
+use crate::{CameraUniform, GBuffer, LightInfo, PathSettings, radiance_desc};
+use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+
+shader_struct! {
+    struct SpecularPixelsParams {
+        camera: CameraUniform,
+        lights: LightInfo,
+        seed: u32,
+        frame: u32,
+        max_bounces: u32,
+        pad0: u32,
+    }
+}
+
+/// The pass. Reads: scene, G-buffer, gathered radiance. Writes: indirect radiance. A thread per pixel.
+#[derive(Clone, Debug)]
+pub struct SpecularPixels {
+    shader: ComputeShader,
+}
+
+impl SpecularPixels {
+    /// Parses the shader.
+    pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
+        Ok(Self { shader: ComputeShader::new(sources, "passes/specular_pixels.wgsl")? })
+    }
+
+    /// Declares the pass. Returns indirect radiance (W·m⁻²·sr⁻¹).
+    #[expect(clippy::too_many_arguments, reason = "the data flow of one pass, each argument a different thing")]
+    pub fn add(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &SceneHandles,
+        info: &SceneInfo,
+        camera: &CameraUniform,
+        gbuffer: &GBuffer,
+        gathered: &Handle<Texture>,
+        settings: PathSettings,
+    ) -> Handle<Texture> {
+        let mut indirect = graph.texture("indirect", radiance_desc(camera.size));
+        let params = SpecularPixelsParams {
+            camera: *camera,
+            lights: info.into(),
+            seed: settings.seed,
+            frame: settings.frame,
+            max_bounces: settings.max_bounces,
+            pad0: 0,
+        };
+        scene
+            .bind(graph.compute(&self.shader).params(&params))
+            .read("surface", &gbuffer.surface)
+            .read("gathered", gathered)
+            .write("indirect", &mut indirect)
+            .heavy()
+            .dispatch_threads([camera.size[0], camera.size[1], 1]);
+        indirect
+    }
+}

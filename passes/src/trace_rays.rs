@@ -1,0 +1,69 @@
+//! Any list of rays against the scene, for engines that bring rays of their own and for measuring the traversal.
+
+use crate::scene::SceneHandles;
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, WgslSources, shader_struct};
+
+shader_struct! {
+    struct TraceRaysParams {
+        count: u32,
+        pad0: u32,
+        pad1: u32,
+        pad2: u32,
+    }
+}
+
+shader_struct! {
+    /// A ray.
+    pub struct Ray {
+        /// World (m).
+        pub origin: [f32; 3],
+        /// Length in units of `direction`.
+        pub t_max: f32,
+        /// World; need not be unit.
+        pub direction: [f32; 3],
+        /// Padding.
+        pub pad0: u32,
+    }
+}
+
+shader_struct! {
+    /// Where a ray met the scene first.
+    pub struct RayHit {
+        /// Distance in units of the ray's direction; its `t_max` on a miss.
+        pub t: f32,
+        /// Triangle of the scene, [`RayHit::NONE`] on a miss.
+        pub triangle: u32,
+        /// Barycentric weights of the second and third corner.
+        pub bary: [f32; 2],
+    }
+}
+
+impl RayHit {
+    /// No triangle.
+    pub const NONE: u32 = u32::MAX;
+}
+
+/// The pass. Reads: scene, rays. Writes: hits. A thread per ray.
+#[derive(Clone, Debug)]
+pub struct TraceRays {
+    shader: ComputeShader,
+}
+
+impl TraceRays {
+    /// Parses the shader.
+    pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
+        Ok(Self { shader: ComputeShader::new(sources, "passes/trace_rays.wgsl")? })
+    }
+
+    /// Declares the pass over `count` [`Ray`]s. Returns as many [`RayHit`]s.
+    pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, rays: &Handle<Buffer>, count: u32) -> Handle<Buffer> {
+        let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(count)));
+        scene
+            .bind(graph.compute(&self.shader).params(&TraceRaysParams { count, pad0: 0, pad1: 0, pad2: 0 }))
+            .read("rays", rays)
+            .write("hits", &mut hits)
+            .heavy()
+            .dispatch_1d(count);
+        hits
+    }
+}
