@@ -17,9 +17,9 @@
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
 use crate::parameter::Assignment;
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Strategy, StrategyError, shaders};
-use lightloom_graph::wgpu::TextureFormat;
-use lightloom_graph::{BufferDesc, ComputeShader, Graph, TextureDesc, shader_struct};
+use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Strategy, StrategyError};
+use lightloom_passes::radiance_desc;
+use lightloom_graph::{BufferDesc, ComputeShader, Graph, WgslSources, shader_struct};
 
 /// Pairs of pixel and photon in one dispatch.
 const PAIRS_PER_DISPATCH: u64 = 1 << 28;
@@ -70,12 +70,12 @@ impl Exact {
     /// Its name in the registry.
     pub const NAME: &'static str = "exact";
 
-    /// The strategy with default parameters.
-    pub fn new() -> Result<Self, StrategyError> {
+    /// The strategy with default parameters; `sources` holds its shaders, see [`lightloom_passes::shaders`].
+    pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: ExactConfig::default(),
-            gather: shaders::compute("exact_gather")?,
-            resolve: shaders::compute("exact_resolve")?,
+            gather: ComputeShader::new(sources, "strategies/exact_gather.wgsl")?,
+            resolve: ComputeShader::new(sources, "strategies/exact_resolve.wgsl")?,
         })
     }
 }
@@ -122,8 +122,8 @@ impl Strategy for Exact {
                 .dispatch_threads([frame.size[0], frame.size[1], 1]);
         }
 
-        let mut indirect = graph.texture("exact_indirect", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
-        let mut caustic = graph.texture("exact_caustic", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
+        let mut indirect = graph.texture("exact_indirect", radiance_desc(frame.size));
+        let mut caustic = graph.texture("exact_caustic", radiance_desc(frame.size));
         graph
             .compute(&self.resolve)
             .params(&ResolveParams { size: frame.size, ..ResolveParams::default() })

@@ -18,11 +18,11 @@
 
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, SortLists};
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, SceneInfo, Strategy, StrategyError, shaders};
+use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
-use lightloom_graph::wgpu::TextureFormat;
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, TextureDesc, shader_struct};
-use lightloom_passes::{Photons, PrefixSum};
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::scene::SceneInfo;
+use lightloom_passes::{Photons, PrefixSum, radiance_desc};
 
 /// Cells are this much wider than 2 r_max, so that rounding never makes the search cube touch a third cell.
 const CELL_SLACK: f32 = 1.0001;
@@ -85,17 +85,17 @@ impl HashGrid {
     /// Its name in the registry.
     pub const NAME: &'static str = "hash-grid";
 
-    /// The strategy with default parameters.
-    pub fn new() -> Result<Self, StrategyError> {
+    /// The strategy with default parameters; `sources` holds its shaders, see [`lightloom_passes::shaders`].
+    pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: HashGridConfig::default(),
-            insert: shaders::compute("hash_grid_insert")?,
-            prefix_sum: PrefixSum::new()?,
-            scatter: shaders::compute("hash_grid_scatter")?,
-            sort: SortLists::new()?,
-            stats: ListStats::new()?,
-            pack: shaders::compute("hash_grid_pack")?,
-            gather: shaders::compute("hash_grid_gather")?,
+            insert: ComputeShader::new(sources, "strategies/hash_grid_insert.wgsl")?,
+            prefix_sum: PrefixSum::new(sources)?,
+            scatter: ComputeShader::new(sources, "strategies/hash_grid_scatter.wgsl")?,
+            sort: SortLists::new(sources)?,
+            stats: ListStats::new(sources)?,
+            pack: ComputeShader::new(sources, "strategies/hash_grid_pack.wgsl")?,
+            gather: ComputeShader::new(sources, "strategies/hash_grid_gather.wgsl")?,
         })
     }
 
@@ -164,8 +164,8 @@ impl Strategy for HashGrid {
         let stats = self.stats.add(graph, &lists, &["entries", "entries_dropped", "cells_used", "longest_list"]);
         let cell_photons = self.pack(graph, photons, &lists);
 
-        let mut indirect = graph.texture("hash_grid_indirect", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
-        let mut caustic = graph.texture("hash_grid_caustic", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
+        let mut indirect = graph.texture("hash_grid_indirect", radiance_desc(frame.size));
+        let mut caustic = graph.texture("hash_grid_caustic", radiance_desc(frame.size));
         let params = GatherParams {
             grid,
             camera_position_world: frame.camera_position_world(),
@@ -200,13 +200,13 @@ impl Strategy for HashGrid {
 
 /// The grid for photons of radius up to r_max, with the table at most half full.
 fn grid(scene: &SceneInfo, radii: Radii, photons: u32) -> Grid {
-    let extent = 2.0 * scene.bounds_radius_m;
+    let extent = 2.0 * scene.bounds_radius;
     // Radii far below a millionth of the scene would overflow the coordinates; wider cells only cost time.
     let cell_m = (2.0 * CELL_SLACK * radii.r_max_m).max(extent / MAX_CELLS);
     // The table is never above 2³⁰ slots: 4 GiB of photons are beyond any binding long before.
     let slots = photons.clamp(1, 1 << 29).saturating_mul(2).next_power_of_two();
     Grid {
-        origin_world: (scene.bounds_center_world - Vec3::splat(scene.bounds_radius_m)).into(),
+        origin_world: (scene.bounds_center - Vec3::splat(scene.bounds_radius)).into(),
         cells_per_m: 1.0 / cell_m,
         slot_mask: slots - 1,
         ..Grid::default()
@@ -216,7 +216,7 @@ fn grid(scene: &SceneInfo, radii: Radii, photons: u32) -> Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene_info::tests::unit_scene;
+    use crate::test_scene::unit_scene;
 
     #[test]
     fn tables_are_powers_of_two_at_most_half_full() {
@@ -232,6 +232,6 @@ mod tests {
         let cell = 1.0 / grid(&scene, Radii { r_min_m: 0.1, r_max_m: 0.1 }, 10).cells_per_m;
         assert!(cell > 0.2 && cell < 0.201, "{cell}");
         let tiny = grid(&scene, Radii { r_min_m: 1e-30, r_max_m: 1e-30 }, 10);
-        assert!(tiny.cells_per_m * 2.0 * scene.bounds_radius_m <= 1.01 * MAX_CELLS, "{tiny:?}");
+        assert!(tiny.cells_per_m * 2.0 * scene.bounds_radius <= 1.01 * MAX_CELLS, "{tiny:?}");
     }
 }

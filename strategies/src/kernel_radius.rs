@@ -9,7 +9,8 @@
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
 use crate::parameter::{Assignment, Parameter};
-use crate::{SceneInfo, StrategyError};
+use crate::StrategyError;
+use lightloom_passes::scene::SceneInfo;
 use std::f32::consts::PI;
 
 /// Photons the automatic r_max would hold if the frame's photons were spread evenly over all surfaces: relative noise near
@@ -50,7 +51,7 @@ impl KernelRadius {
     ///
     /// An automatic radius gives way to a stated one: a stated r_min above the automatic r_max raises that.
     pub fn resolve(&self, scene: &SceneInfo, emitted: u32) -> Result<Radii, StrategyError> {
-        let automatic = (PHOTONS_PER_DISC * scene.surface_area_m2 / (PI * emitted.max(1) as f32)).sqrt();
+        let automatic = (PHOTONS_PER_DISC * scene.surface_area / (PI * emitted.max(1) as f32)).sqrt();
         // A scene without area still needs a positive radius; nothing will be gathered there.
         let automatic = if automatic.is_finite() && automatic > 0.0 { automatic } else { 1.0 };
         let r_max_m = self.r_max_m.unwrap_or_else(|| automatic.max(self.r_min_m.unwrap_or(0.0)));
@@ -96,13 +97,13 @@ impl KernelRadius {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene_info::tests::unit_scene;
+    use crate::test_scene::unit_scene;
 
     #[test]
     fn automatic_discs_hold_75_photons() {
         let scene = unit_scene();
         let radii = KernelRadius::default().resolve(&scene, 1_000_000).unwrap();
-        let held = PI * radii.r_max_m * radii.r_max_m / scene.surface_area_m2 * 1e6;
+        let held = PI * radii.r_max_m * radii.r_max_m / scene.surface_area * 1e6;
         assert!((held - 75.0).abs() < 0.1, "{held}");
         assert!((radii.r_min_m - radii.r_max_m / 4.0).abs() < 1e-6, "{radii:?}");
     }
@@ -136,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_scene_without_area_has_a_radius() {
-        let scene = SceneInfo { surface_area_m2: 0.0, ..unit_scene() };
+        let scene = SceneInfo { surface_area: 0.0, ..unit_scene() };
         assert!(KernelRadius::default().resolve(&scene, 0).unwrap().r_max_m > 0.0);
     }
 }

@@ -25,22 +25,29 @@ mod exact;
 mod hash_grid;
 mod kernel_radius;
 mod parameter;
+mod path;
 mod photon_lists;
+mod pipeline;
 mod registry;
 mod requirements;
-mod scene_info;
-mod shaders;
 mod strategy;
+mod surface_layers;
 mod tiled;
+#[cfg(test)]
+mod test_scene;
 
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
 pub use hash_grid::{HashGrid, HashGridConfig};
 pub use kernel_radius::{KernelRadius, Radii};
 pub use parameter::Parameter;
+pub use path::{Path, PathConfig};
 pub use photon_lists::{PhotonLists, SortLists};
+pub use pipeline::{
+    Flux, Frame, FrameLayers, Layer, LayerImage, LightLayer, PassReport, PhotonReport, Pipeline, RenderProgress, Rendered, Settings,
+};
 pub use registry::{Entry, by_name, registry};
 pub use requirements::Requirements;
-pub use scene_info::SceneInfo;
 pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
+pub use surface_layers::SurfaceImages;
 pub use tiled::{Tiled, TiledConfig};

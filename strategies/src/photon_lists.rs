@@ -11,8 +11,8 @@
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
-use crate::{Stats, StrategyError, shaders};
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, shader_struct};
+use crate::{Stats, StrategyError};
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 
 /// Workgroups that share the lists: enough to fill a large device, few enough that starting them costs nothing.
 const WORKGROUPS: u32 = 1024;
@@ -54,8 +54,8 @@ pub struct SortLists {
 
 impl SortLists {
     /// Parses the shader.
-    pub fn new() -> Result<Self, StrategyError> {
-        Ok(Self { shader: shaders::compute("sort_lists")? })
+    pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        Ok(Self { shader: ComputeShader::new(sources, "strategies/sort_lists.wgsl")? })
     }
 
     /// Declares the pass; runs nothing.
@@ -77,8 +77,8 @@ pub(crate) struct ListStats {
 }
 
 impl ListStats {
-    pub(crate) fn new() -> Result<Self, StrategyError> {
-        Ok(Self { shader: shaders::compute("list_stats")? })
+    pub(crate) fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        Ok(Self { shader: ComputeShader::new(sources, "strategies/list_stats.wgsl")? })
     }
 
     /// Declares the pass. `names` are those of the four counts, in the order above.

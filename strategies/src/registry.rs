@@ -1,22 +1,25 @@
 //! The strategies of this crate by name.
 
-use crate::{Exact, HashGrid, Strategy, StrategyError, Tiled};
+use lightloom_graph::WgslSources;
+
+use crate::{Exact, HashGrid, Path, Strategy, StrategyError, Tiled};
 
 /// A strategy that can be built.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// Identifier, as on the command line.
     pub name: &'static str,
-    /// Builds it with its default parameters.
-    pub build: fn() -> Result<Box<dyn Strategy>, StrategyError>,
+    /// Builds it with its default parameters from the shaders given; see [`lightloom_passes::shaders`].
+    pub build: fn(&WgslSources) -> Result<Box<dyn Strategy>, StrategyError>,
 }
 
 /// All strategies of this crate, the oracle first.
 pub fn registry() -> &'static [Entry] {
     &[
-        Entry { name: Exact::NAME, build: || Ok(Box::new(Exact::new()?)) },
-        Entry { name: Tiled::NAME, build: || Ok(Box::new(Tiled::new()?)) },
-        Entry { name: HashGrid::NAME, build: || Ok(Box::new(HashGrid::new()?)) },
+        Entry { name: Exact::NAME, build: |sources| Ok(Box::new(Exact::new(sources)?)) },
+        Entry { name: Tiled::NAME, build: |sources| Ok(Box::new(Tiled::new(sources)?)) },
+        Entry { name: HashGrid::NAME, build: |sources| Ok(Box::new(HashGrid::new(sources)?)) },
+        Entry { name: Path::NAME, build: |sources| Ok(Box::new(Path::new(sources)?)) },
     ]
 }
 
@@ -26,7 +29,7 @@ pub fn by_name(name: &str) -> Result<Box<dyn Strategy>, StrategyError> {
         let names: Vec<_> = registry().iter().map(|entry| format!("`{}`", entry.name)).collect();
         return Err(StrategyError::UnknownStrategy { name: name.to_owned(), known: names.join(", ") });
     };
-    (entry.build)()
+    (entry.build)(&lightloom_passes::shaders())
 }
 
 #[cfg(test)]
@@ -36,7 +39,7 @@ mod tests {
     #[test]
     fn every_entry_builds_under_its_name_and_documents_its_parameters() {
         for entry in registry() {
-            let mut strategy = (entry.build)().unwrap();
+            let mut strategy = by_name(entry.name).unwrap();
             assert_eq!(strategy.name(), entry.name);
             assert!(!strategy.description().is_empty(), "{} needs a description", entry.name);
             for parameter in strategy.parameters() {

@@ -1,9 +1,10 @@
 //! The trait behind which every estimator stands, and what passes through it.
 
 use crate::parameter::Assignment;
-use crate::{Parameter, Requirements, SceneInfo, StrategyError};
+use crate::{Parameter, Requirements, StrategyError};
 use lightloom_graph::{Buffer, Graph, Handle, Texture};
-use lightloom_passes::{CameraUniform, GBuffer, Photons, SceneHandles};
+use lightloom_passes::scene::{SceneHandles, SceneInfo};
+use lightloom_passes::{CameraUniform, GBuffer, Photons};
 
 /// One way of estimating the light that leaves visible surfaces towards the eye.
 ///
@@ -47,7 +48,7 @@ pub trait Strategy {
 pub struct FrameInputs<'a> {
     /// The scene's buffers and textures.
     pub scene: &'a SceneHandles,
-    /// The scene's extent.
+    /// The scene's extent and light.
     pub info: &'a SceneInfo,
     /// What each pixel shows.
     pub gbuffer: &'a GBuffer,

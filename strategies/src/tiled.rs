@@ -17,10 +17,9 @@
 
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, SortLists};
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError, shaders};
-use lightloom_graph::wgpu::TextureFormat;
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, TextureDesc, shader_struct};
-use lightloom_passes::{CameraUniform, Photons, PrefixSum};
+use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::{CameraUniform, Photons, PrefixSum, radiance_desc};
 
 /// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
 const MAX_ENTRIES: u32 = 1 << 25;
@@ -102,16 +101,16 @@ impl Tiled {
     /// Its name in the registry.
     pub const NAME: &'static str = "tiled";
 
-    /// The strategy with default parameters.
-    pub fn new() -> Result<Self, StrategyError> {
+    /// The strategy with default parameters; `sources` holds its shaders, see [`lightloom_passes::shaders`].
+    pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: TiledConfig::default(),
-            bounds: shaders::compute("tiled_bounds")?,
-            insert: shaders::compute("tiled_insert")?,
-            prefix_sum: PrefixSum::new()?,
-            sort: SortLists::new()?,
-            stats: ListStats::new()?,
-            gather: shaders::compute("tiled_gather")?,
+            bounds: ComputeShader::new(sources, "strategies/tiled_bounds.wgsl")?,
+            insert: ComputeShader::new(sources, "strategies/tiled_insert.wgsl")?,
+            prefix_sum: PrefixSum::new(sources)?,
+            sort: SortLists::new(sources)?,
+            stats: ListStats::new(sources)?,
+            gather: ComputeShader::new(sources, "strategies/tiled_gather.wgsl")?,
         })
     }
 
@@ -220,8 +219,8 @@ impl Strategy for Tiled {
         }
         let stats = self.stats.add(graph, &lists, &["entries", "entries_dropped", "tiles_used", "longest_list"]);
 
-        let mut indirect = graph.texture("tiled_indirect", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
-        let mut caustic = graph.texture("tiled_caustic", TextureDesc::new_2d(frame.size, TextureFormat::Rgba32Float));
+        let mut indirect = graph.texture("tiled_indirect", radiance_desc(frame.size));
+        let mut caustic = graph.texture("tiled_caustic", radiance_desc(frame.size));
         let params = GatherParams {
             camera_position_world: frame.camera_position_world(),
             tiles_x: frame.size[0].div_ceil(self.tile_size()),

@@ -1,0 +1,143 @@
+//! One frame as code.
+
+use super::{Layer, Pipeline, Settings};
+use crate::surface_layers::SurfaceImages;
+use crate::{FrameInputs, Stats, StrategyError};
+use lightloom_graph::{Graph, Handle, Texture};
+use lightloom_passes::scene::{SceneHandles, SceneInfo};
+use lightloom_passes::{CameraUniform, DirectSettings, GBuffer, PathSettings, Photons};
+
+/// What a frame is declared from.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// The scene in this frame's graph.
+    pub scene: &'a SceneHandles,
+    /// The scene's extent and light.
+    pub info: &'a SceneInfo,
+    /// The eye, with this frame's jitter; its size is the image's.
+    pub camera: &'a CameraUniform,
+    /// Everything else; the size in it is not used here.
+    pub settings: &'a Settings,
+    /// Frames since the image began, from 0.
+    pub frame_index: u32,
+}
+
+/// A layer of light (rgba32float, W·m⁻²·sr⁻¹).
+#[derive(Debug)]
+pub struct LightLayer {
+    /// The mean over the frames so far; the frame itself if only one is asked for.
+    pub mean: Handle<Texture>,
+    /// Sum of squared deviations from it; `None` if only one frame is asked for. After n frames the standard error of the mean is
+    /// √(deviations / (n (n − 1))).
+    pub deviations: Option<Handle<Texture>>,
+}
+
+/// What a declared frame offers. Read back or show some of it: the passes of the rest are culled.
+#[derive(Debug)]
+pub struct FrameLayers {
+    /// Emitted, direct and indirect light.
+    pub final_radiance: LightLayer,
+    /// Emitted light, and light straight from a light.
+    pub direct: LightLayer,
+    /// Light scattered before.
+    pub indirect: LightLayer,
+    /// The part of it that only specular surfaces scattered before; `None` if the strategy does not tell it apart.
+    pub caustic: Option<LightLayer>,
+    /// Base colour, normal, distance.
+    pub surfaces: SurfaceImages,
+    /// The photons, for strategies that use them.
+    pub photons: Option<Photons>,
+    /// The strategy's counts.
+    pub stats: Option<Stats>,
+}
+
+impl FrameLayers {
+    /// The image of a layer of light.
+    pub fn light(&self, layer: Layer) -> Option<&LightLayer> {
+        match layer {
+            Layer::Final => Some(&self.final_radiance),
+            Layer::Direct => Some(&self.direct),
+            Layer::Indirect => Some(&self.indirect),
+            Layer::Caustic => self.caustic.as_ref(),
+            Layer::Albedo | Layer::Normal | Layer::Depth => None,
+        }
+    }
+
+    /// The image of a layer of surfaces.
+    pub fn surface(&self, layer: Layer) -> Option<&Handle<Texture>> {
+        match layer {
+            Layer::Albedo => Some(&self.surfaces.albedo),
+            Layer::Normal => Some(&self.surfaces.normal),
+            Layer::Depth => Some(&self.surfaces.depth),
+            Layer::Final | Layer::Direct | Layer::Indirect | Layer::Caustic => None,
+        }
+    }
+}
+
+impl Pipeline {
+    /// Declares one frame; runs nothing and needs no device. `gbuffer`: an engine's own; `None` has it rasterised here.
+    pub fn declare_frame(
+        &mut self,
+        graph: &mut Graph<'_>,
+        frame: &Frame<'_>,
+        gbuffer: Option<GBuffer>,
+    ) -> Result<FrameLayers, StrategyError> {
+        let Frame { scene, info, camera, settings, frame_index } = *frame;
+        let seed = settings.frame_seed(frame_index);
+
+        let gbuffer = gbuffer.unwrap_or_else(|| {
+            let visibility = self.visibility.add(graph, scene, camera, info.triangle_count);
+            self.gbuffer.add(graph, scene, camera, &visibility)
+        });
+        let surfaces = self.surface.add(graph, camera, &gbuffer);
+        let photons = self
+            .strategy
+            .uses_photons()
+            .then(|| self.photons.add(graph, scene, info, &settings.photon_settings(frame_index)));
+
+        let inputs = FrameInputs {
+            scene,
+            info,
+            gbuffer: &gbuffer,
+            photons: photons.as_ref(),
+            camera,
+            size: camera.size,
+            frame_index,
+            seed,
+            max_bounces: settings.bounces,
+            deterministic: settings.deterministic,
+        };
+        let estimate = self.strategy.declare(graph, &inputs)?;
+        let direct = estimate.direct.unwrap_or_else(|| {
+            let sampling = DirectSettings { seed, frame: frame_index, emissive_samples: settings.emissive_samples };
+            self.direct.add(graph, scene, info, camera, &gbuffer, sampling)
+        });
+        let indirect = if estimate.covers_specular {
+            estimate.indirect
+        } else {
+            let path = PathSettings { seed, frame: frame_index, max_bounces: settings.bounces };
+            self.specular.add(graph, scene, info, camera, &gbuffer, &estimate.indirect, path)
+        };
+        let sum = self.compose.add(graph, camera.size, &direct, &indirect);
+
+        let mut over_frames = |name, image| self.over_frames(graph, frame, name, image);
+        Ok(FrameLayers {
+            final_radiance: over_frames("final", sum),
+            direct: over_frames("direct", direct),
+            indirect: over_frames("indirect", indirect),
+            caustic: estimate.caustic.map(|image| over_frames("caustic", image)),
+            surfaces,
+            photons,
+            stats: estimate.stats,
+        })
+    }
+
+    fn over_frames(&self, graph: &mut Graph<'_>, frame: &Frame<'_>, name: &str, image: Handle<Texture>) -> LightLayer {
+        let wanted = frame.settings.layers.iter().any(|layer| layer.name() == name);
+        if frame.settings.frames <= 1 || !wanted {
+            return LightLayer { mean: image, deviations: None };
+        }
+        let sums = self.accumulate.add(graph, name, frame.camera.size, &image, frame.frame_index.saturating_add(1));
+        LightLayer { mean: sums.mean, deviations: Some(sums.deviations) }
+    }
+}

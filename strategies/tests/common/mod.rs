@@ -1,0 +1,215 @@
+//! Photons and a G-buffer made on the CPU, and a run of one strategy on them.
+
+#![allow(dead_code, reason = "each test program uses some of it")]
+
+use glam::{Mat4, Vec3};
+use lightloom_graph::wgpu::{self, util::DeviceExt};
+use lightloom_graph::{BufferDesc, Executor, Graph, Gpu, TextureDesc, bytemuck};
+use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo};
+use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons};
+use lightloom_strategies::{FrameInputs, Strategy};
+
+/// A sequence of uniform numbers: `SplitMix64`.
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f32 {
+        (self.word() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// 64 bits.
+    pub fn word(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform over the cube [−1, 1)³.
+    pub fn cube(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+}
+
+/// Octahedral code of a unit vector, two 16-bit signed components.
+pub fn encode_octahedral(v: Vec3) -> u32 {
+    let mut p = v.truncate() / (v.x.abs() + v.y.abs() + v.z.abs());
+    if v.z < 0.0 {
+        p = glam::Vec2::new((1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y));
+    }
+    let snorm = |x: f32| u32::from((x.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    snorm(p.x) | (snorm(p.y) << 16)
+}
+
+/// Shared-exponent code of a flux (W); truncates.
+pub fn encode_flux(flux: Vec3) -> u32 {
+    let exponent = flux.max_element().log2().floor() as i32 + 1;
+    let scale = 2.0_f32.powi(8 - exponent);
+    let mantissa = |x: f32| (x * scale) as u32;
+    mantissa(flux.x) | (mantissa(flux.y) << 8) | (mantissa(flux.z) << 16) | (((exponent + 128) as u32) << 24)
+}
+
+/// A photon on a surface of normal `normal`, coming from `from` (unit, away from the surface).
+pub fn photon(position: Vec3, normal: Vec3, from: Vec3, flux: Vec3, probability_half: u32, caustic: bool) -> Photon {
+    Photon {
+        position: position.into(),
+        flux: encode_flux(flux),
+        direction: encode_octahedral(-from),
+        normal: encode_octahedral(normal),
+        length_probability: probability_half << 16,
+        bounce_flags: 1 | if caustic { PhotonFlags::CAUSTIC } else { 0 },
+    }
+}
+
+/// Halves of 1, ½, ¼ and 0: path probabilities.
+pub const PROBABILITIES: [u32; 4] = [0x3c00, 0x3800, 0x3400, 0];
+
+/// What the eye sees, on the CPU.
+pub struct View {
+    pub camera: CameraUniform,
+    pub position: Vec<[f32; 4]>,
+    pub surface: Vec<[u32; 4]>,
+}
+
+pub const VALID: u32 = 1 << 16;
+pub const SPECULAR: u32 = 1 << 17;
+pub const LAMBERT: u32 = 1 << 18;
+
+impl View {
+    /// Traces one ray per pixel: `hit` gives distance and normal of what a ray (origin, unit direction) meets.
+    /// Base colour is white (Lambert); every 7th pixel is specular, and gathers nothing.
+    pub fn new(camera: CameraUniform, hit: impl Fn(Vec3, Vec3) -> Option<(f32, Vec3)>) -> Self {
+        let [width, height] = camera.size;
+        let world_from_view = Mat4::from_cols_array_2d(&camera.world_from_view);
+        let eye = world_from_view.w_axis.truncate();
+        let mut view = Self { camera, position: Vec::new(), surface: Vec::new() };
+        for index in 0..width * height {
+            let (x, y) = ((index % width) as f32, (index / width) as f32);
+            let ndc_x = (x + camera.jitter[0]) / width as f32 * 2.0 - 1.0;
+            let ndc_y = 1.0 - (y + camera.jitter[1]) / height as f32 * 2.0;
+            let direction = Vec3::new(ndc_x * camera.tan_half[0], ndc_y * camera.tan_half[1], -1.0);
+            let direction = world_from_view.transform_vector3(direction).normalize();
+            let Some((distance, normal)) = hit(eye, direction) else {
+                view.position.push([0.0; 4]);
+                view.surface.push([0; 4]);
+                continue;
+            };
+            let point = eye + direction * distance;
+            view.position.push([point.x, point.y, point.z, distance]);
+            let code = encode_octahedral(normal);
+            let specular = if index % 7 == 3 { SPECULAR } else { 0 };
+            view.surface.push([code, code, u32::MAX, VALID | LAMBERT | specular | 255]);
+        }
+        view
+    }
+}
+
+/// A camera at `eye` that looks at `target`, image of `size` pixels.
+pub fn camera(eye: Vec3, target: Vec3, size: [u32; 2], jitter: [f32; 2]) -> CameraUniform {
+    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
+    let camera = Camera { name: "test".to_owned(), world_from_view, yfov: 1.0 };
+    CameraUniform::new(&camera, size, jitter, 10.0)
+}
+
+/// What a strategy returned.
+#[derive(Debug, PartialEq)]
+pub struct Images {
+    pub indirect: Vec<[f32; 4]>,
+    pub caustic: Vec<[f32; 4]>,
+    pub stats: Vec<(&'static str, u32)>,
+}
+
+/// A device and the tests' inputs on it.
+pub struct Bench {
+    pub executor: Executor,
+}
+
+impl Bench {
+    /// `None`: no adapter, and that was printed.
+    pub fn new() -> Option<Self> {
+        Some(Self { executor: Executor::new(&Gpu::for_tests()?) })
+    }
+
+    /// Runs `strategy` on `stored` of `photons` (the rest is rubbish it must not read) and `view`.
+    pub fn run(&mut self, strategy: &mut dyn Strategy, view: &View, photons: &[Photon], stored: u32, deterministic: bool) -> Images {
+        let device = self.executor.device().clone();
+        let queue = self.executor.queue().clone();
+        let size = view.camera.size;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let buffer = |contents: &[u8]| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("test"), contents, usage })
+        };
+        let image = |format, contents: &[u8]| {
+            let descriptor = wgpu::TextureDescriptor {
+                label: Some("test"),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            };
+            device.create_texture_with_data(&queue, &descriptor, wgpu::util::TextureDataOrder::LayerMajor, contents)
+        };
+        let mut state = PhotonState::default();
+        state.stored = stored;
+
+        let mut graph = Graph::new(strategy.name());
+        let capacity = photons.len() as u32;
+        let gbuffer = GBuffer {
+            position: import_image(&mut graph, "position", size, image(POSITION, bytemuck::cast_slice(&view.position))),
+            surface: import_image(&mut graph, "surface", size, image(SURFACE, bytemuck::cast_slice(&view.surface))),
+            emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
+        };
+        let records = BufferDesc::array_of::<Photon>(capacity.into());
+        let photons = Photons {
+            records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
+            state: graph.import_buffer("photon_state", BufferDesc::array_of::<PhotonState>(1), buffer(bytemuck::bytes_of(&state))),
+            capacity,
+            emitted: capacity,
+        };
+        let scene = no_scene(&mut graph);
+        let info = SceneInfo { bounds_center: Vec3::ZERO, bounds_radius: 10.0, surface_area: 100.0, ..SceneInfo::default() };
+        let inputs = FrameInputs {
+            scene: &scene,
+            info: &info,
+            gbuffer: &gbuffer,
+            photons: Some(&photons),
+            camera: &view.camera,
+            size,
+            frame_index: 0,
+            seed: 0,
+            max_bounces: 4,
+            deterministic,
+        };
+        let estimate = strategy.declare(&mut graph, &inputs).expect("the frame is sound");
+        let indirect = graph.readback_texture(&estimate.indirect);
+        let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
+        let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
+        let output = self.executor.execute(graph).expect("the frame runs");
+        let counts = |(names, readback): (&'static [&'static str], _)| {
+            names.iter().copied().zip(output.cast::<u32>(readback)).collect()
+        };
+        Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
+    }
+}
+
+const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+
+fn import_image(graph: &mut Graph<'_>, name: &str, size: [u32; 2], texture: wgpu::Texture) -> lightloom_graph::Handle<lightloom_graph::Texture> {
+    let desc = TextureDesc::new_2d(size, texture.format());
+    graph.import_texture(name, desc, texture)
+}
+
+/// Handles to nothing: the strategies under test trace no rays.
+fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
+    let mut buffer = |name| graph.import_buffer(name, BufferDesc::words(4), None);
+    let (bvh_nodes, bvh_triangles, triangles) = (buffer("bvh_nodes"), buffer("bvh_triangles"), buffer("triangles"));
+    let (materials, lights) = (buffer("materials"), buffer("lights"));
+    let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
+    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels }
+}
