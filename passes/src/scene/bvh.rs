@@ -1,0 +1,254 @@
+//! The bounding volume hierarchy: an eight-wide compressed one, built and laid out by `obvhs`.
+//!
+//! Its 80-byte nodes go to the GPU as they are, five `vec4<u32>` each. Triangles are stored in leaf
+//! order, so that a leaf names a contiguous range. Node layout after [Ylitie17], with the minima and
+//! maxima of the children interleaved:
+//!
+//! ```text
+//! word 0..3   p        least corner of the node (f32 × 3)
+//! word 3      e, imask three exponents of the child grid, mask of inner children (u8 × 4)
+//! word 4      index of the first inner child        word 5   index of the first triangle
+//! word 6..8   child_meta: 8 × u8, leaf: unary count (3 bits) | offset (5 bits); inner: 001 | 24 + slot
+//! word 8..20  min x, max x, min y, max y, min z, max z of the children on the grid, 8 × u8 each
+//! ```
+//!
+//! [Ylitie17]: https://doi.org/10.1145/3105762.3105773 "Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide BVHs, HPG 2017"
+
+use super::{SceneError, Triangle};
+use glam::{Vec3, Vec3A};
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use obvhs::ray::{INVALID_ID, Ray, RayHit};
+use std::time::{Duration, Instant};
+
+/// Levels that a traversal stack must hold; deeper hierarchies are refused.
+pub const MAX_DEPTH: u32 = 32;
+
+/// Bytes of one node.
+pub const NODE_BYTES: u64 = 80;
+
+/// Size and cost of a hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BvhStats {
+    /// Eight-wide nodes.
+    pub nodes: u32,
+    /// Triangles in the leaves.
+    pub triangles: u32,
+    /// Levels of nodes; at most [`MAX_DEPTH`].
+    pub depth: u32,
+    /// Time that the build took.
+    pub build_time: Duration,
+}
+
+/// What a ray met first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray's direction.
+    pub distance: f32,
+    /// Index of the triangle in the slice that the hierarchy was built from.
+    pub triangle: u32,
+}
+
+/// A hierarchy over the triangles of a scene, with a traversal on the CPU.
+pub struct Bvh {
+    tree: CwBvh,
+    leaf_triangles: Vec<obvhs::triangle::Triangle>,
+    stats: BvhStats,
+}
+
+impl std::fmt::Debug for Bvh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Bvh").field("stats", &self.stats).finish_non_exhaustive()
+    }
+}
+
+impl Bvh {
+    /// Builds a hierarchy in which each triangle lies in exactly one leaf.
+    ///
+    /// # Errors
+    /// [`SceneError::Empty`] without triangles, [`SceneError::TooDeep`] beyond [`MAX_DEPTH`];
+    /// `scene` names the scene in them.
+    pub fn build(scene: &str, triangles: &[Triangle]) -> Result<Self, SceneError> {
+        if triangles.is_empty() {
+            return Err(SceneError::Empty { scene: scene.into() });
+        }
+        let corners: Vec<obvhs::triangle::Triangle> = triangles
+            .iter()
+            .map(|triangle| {
+                let [v0, v1, v2] = triangle.positions_world.map(Vec3A::from);
+                obvhs::triangle::Triangle { v0, v1, v2 }
+            })
+            .collect();
+        let start = Instant::now();
+        let tree = build_tree(&corners);
+        let build_time = start.elapsed();
+        let depth = depth(&tree);
+        if depth > MAX_DEPTH {
+            return Err(SceneError::TooDeep { scene: scene.into(), depth, limit: MAX_DEPTH });
+        }
+        let leaf_triangles =
+            tree.primitive_indices.iter().map(|&index| corners[index as usize]).collect();
+        let stats = BvhStats {
+            nodes: tree.nodes.len() as u32,
+            triangles: triangles.len() as u32,
+            depth,
+            build_time,
+        };
+        Ok(Self { tree, leaf_triangles, stats })
+    }
+
+    /// Size and cost.
+    pub fn stats(&self) -> BvhStats {
+        self.stats
+    }
+
+    /// The nodes as the GPU reads them: [`NODE_BYTES`] each, the root first.
+    pub fn node_bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.tree.nodes)
+    }
+
+    /// For each place in leaf order, the index of its triangle.
+    pub fn leaf_order(&self) -> &[u32] {
+        &self.tree.primitive_indices
+    }
+
+    /// The nearest triangle, seen from either side, at a distance within `[t_min, t_max]`.
+    /// `direction_world` need not be a unit vector; a ray that is not finite hits nothing.
+    pub fn closest_hit(
+        &self,
+        origin_world: Vec3,
+        direction_world: Vec3,
+        t_min: f32,
+        t_max: f32,
+    ) -> Option<Hit> {
+        let ray = ray(origin_world, direction_world, t_min, t_max)?;
+        let mut hit = RayHit::none();
+        self.tree.ray_traverse(ray, &mut hit, |ray, id| self.leaf_triangles[id].intersect(ray));
+        // A miss may leave any distance behind, but never a primitive.
+        (hit.primitive_id != INVALID_ID).then(|| Hit {
+            distance: hit.t,
+            triangle: self.tree.primitive_indices[hit.primitive_id as usize],
+        })
+    }
+
+    /// Whether anything lies on the ray between `t_min` and `t_max`.
+    pub fn is_occluded(
+        &self,
+        origin_world: Vec3,
+        direction_world: Vec3,
+        t_min: f32,
+        t_max: f32,
+    ) -> bool {
+        ray(origin_world, direction_world, t_min, t_max).is_some_and(|ray| {
+            !self.tree.ray_traverse_miss(ray, |ray, id| self.leaf_triangles[id].intersect(ray))
+        })
+    }
+}
+
+fn ray(origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<Ray> {
+    let sound = origin.is_finite() && direction.is_finite() && direction != Vec3::ZERO;
+    // Adding zero turns −0 into 0: obvhs takes −0 for positive where it orders the planes of a box and
+    // for negative where it inverts the direction, and then misses the box.
+    let direction = Vec3A::from(direction) + Vec3A::ZERO;
+    sound.then(|| Ray::new(origin.into(), direction, t_min, t_max))
+}
+
+/// `obvhs::cwbvh::builder::build_cwbvh_from_tris` at its medium quality with more reinsertion, less
+/// the validation that it runs in debug builds: that is for its authors, and it panics on scenes of
+/// hundreds of metres, whose rounding exceeds its fixed tolerance. No spatial splits, so that
+/// triangles and leaf entries are one to one.
+fn build_tree(corners: &[obvhs::triangle::Triangle]) -> CwBvh {
+    let indices = (0..corners.len() as u32).collect();
+    let mut binary = PlocBuilder::with_capacity(corners.len()).build(
+        PlocSearchDistance::Medium,
+        corners,
+        indices,
+        SortPrecision::U64,
+        3,
+    );
+    ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
+    bvh2_to_cwbvh(&binary, 3, true, false)
+}
+
+/// Levels of nodes, found breadth first.
+fn depth(tree: &CwBvh) -> u32 {
+    let mut depth = 0;
+    let mut level = vec![0_u32];
+    while !level.is_empty() {
+        depth += 1;
+        level = level
+            .iter()
+            .filter_map(|&index| tree.nodes.get(index as usize))
+            .flat_map(|node| node.child_base_idx..node.child_base_idx + node.imask.count_ones())
+            .collect();
+    }
+    depth
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    /// Nearest hit by testing every triangle.
+    fn by_hand(triangles: &[Triangle], origin: Vec3, direction: Vec3) -> Option<(f32, u32)> {
+        let ray = Ray::new_inf(origin.into(), direction.into());
+        triangles
+            .iter()
+            .enumerate()
+            .filter_map(|(i, t)| {
+                let [v0, v1, v2] = t.positions_world.map(Vec3A::from);
+                let t = obvhs::triangle::Triangle { v0, v1, v2 }.intersect(&ray);
+                t.is_finite().then_some((t, i as u32))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    #[test]
+    fn traversal_agrees_with_testing_every_triangle() {
+        let scene = builtin::caustics();
+        let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
+        let mut hits = 0;
+        for i in 0..500_u32 {
+            let turn = i as f32 * 2.399_963;
+            let y = 1.0 - 2.0 * (i as f32 + 0.5) / 500.0;
+            let ring = (1.0 - y * y).sqrt();
+            let direction = Vec3::new(ring * turn.cos(), y, ring * turn.sin());
+            let origin = Vec3::new(0.1, 1.2, 0.3);
+            let found = bvh.closest_hit(origin, direction, 0.0, f32::INFINITY);
+            let expected = by_hand(&scene.triangles, origin, direction);
+            assert_eq!(found.map(|h| h.distance), expected.map(|(t, _)| t), "ray {i}");
+            assert_eq!(
+                bvh.is_occluded(origin, direction, 0.0, f32::INFINITY),
+                expected.is_some(),
+                "occlusion of ray {i}"
+            );
+            hits += usize::from(found.is_some());
+        }
+        assert!((100..500).contains(&hits), "some rays leave by the open side: {hits}");
+    }
+
+    #[test]
+    fn leaves_hold_each_triangle_once() {
+        let scene = builtin::closed_sphere(3);
+        let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
+        let mut order = bvh.leaf_order().to_vec();
+        order.sort_unstable();
+        assert!(order.into_iter().eq(0..scene.triangles.len() as u32), "a permutation");
+        assert_eq!(bvh.node_bytes().len() as u64, NODE_BYTES * u64::from(bvh.stats().nodes));
+    }
+
+    #[test]
+    fn one_triangle_and_none() {
+        let scene = builtin::cornell();
+        let bvh = Bvh::build("one", &scene.triangles[..1]).unwrap();
+        assert_eq!((bvh.stats().triangles, bvh.stats().depth), (1, 1));
+        let inside = scene.triangles[0].positions_world.iter().sum::<Vec3>() / 3.0;
+        let hit = bvh.closest_hit(inside + scene.triangles[0].normal_world(), -scene.triangles[0].normal_world(), 0.0, 9.0);
+        assert!(hit.is_some_and(|h| (h.distance - 1.0).abs() < 1e-5), "{hit:?}");
+        assert!(bvh.closest_hit(Vec3::splat(f32::NAN), Vec3::X, 0.0, 1.0).is_none(), "no panic");
+        assert!(matches!(Bvh::build("none", &[]), Err(SceneError::Empty { .. })), "empty");
+    }
+}

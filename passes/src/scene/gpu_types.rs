@@ -1,0 +1,275 @@
+//! The scene's structs as shaders see them, named as in `shaders/shared/scene.wgsl`, which documents
+//! each field's unit.
+
+use super::{Alpha, Material as CpuMaterial, TextureUse, Triangle};
+use glam::Vec3;
+use lightloom_graph::shader_struct;
+
+/// Marks an empty texture slot, a triangle that does not emit, or a light without triangle.
+pub const NONE: u32 = u32::MAX;
+/// Bit of [`BvhTriangle::id`]: alpha may let a ray pass.
+pub const ALPHA_TESTED: u32 = 1 << 31;
+/// Bit of [`Material::flags`]: Lambert of the base colour.
+pub const MATERIAL_LAMBERT: u32 = 1;
+
+shader_struct! {
+    /// A triangle as rays meet it, in leaf order (48 bytes).
+    pub struct BvhTriangle {
+        /// First corner (m, world).
+        pub v0: [f32; 3],
+        /// Index of the triangle; [`ALPHA_TESTED`] where alpha may let a ray pass.
+        pub id: u32,
+        /// Second corner − first (m).
+        pub edge1: [f32; 3],
+        /// Index into the materials.
+        pub material: u32,
+        /// Third corner − first (m).
+        pub edge2: [f32; 3],
+        /// Index into the lights, or [`NONE`].
+        pub light: u32,
+    }
+}
+
+shader_struct! {
+    /// What shading needs of a triangle beyond its corners, in scene order (48 bytes).
+    pub struct TriangleAttributes {
+        /// Shading normals of the corners (world), see [`octahedral`].
+        pub normals: [u32; 3],
+        /// Index into the materials.
+        pub material: u32,
+        /// Texture coordinates of the first corner.
+        pub uv0: [f32; 2],
+        /// Of the second.
+        pub uv1: [f32; 2],
+        /// Of the third.
+        pub uv2: [f32; 2],
+        /// Index into the lights, or [`NONE`].
+        pub light: u32,
+        /// Unused.
+        pub pad0: u32,
+    }
+}
+
+shader_struct! {
+    /// Where a texture lies among the texels and how it is looked up (48 bytes).
+    pub struct TextureSlot {
+        /// Index of its first texel, or [`NONE`].
+        pub first_texel: u32,
+        /// Texels across.
+        pub width: u32,
+        /// Texels down.
+        pub height: u32,
+        /// Bits 0–1 for u, 2–3 for v; codes of [`Wrap`](super::Wrap).
+        pub wrap: u32,
+        /// Row of the affine map that gives u on the image.
+        pub uv_x: [f32; 3],
+        /// Unused.
+        pub pad0: u32,
+        /// Row of the affine map that gives v on the image.
+        pub uv_y: [f32; 3],
+        /// Unused.
+        pub pad1: u32,
+    }
+}
+
+shader_struct! {
+    /// A surface (272 bytes).
+    pub struct Material {
+        /// Linear colour and alpha.
+        pub base_color: [f32; 4],
+        /// Radiance from the front side (W·m⁻²·sr⁻¹).
+        pub emissive: [f32; 3],
+        /// Perceptual roughness.
+        pub roughness: f32,
+        /// `σ_a` of the inside (1/m).
+        pub absorption: [f32; 3],
+        /// 0 dielectric, 1 metal.
+        pub metallic: f32,
+        /// Share of the light that is refracted.
+        pub transmission: f32,
+        /// Index of refraction of the inside.
+        pub ior: f32,
+        /// Above 0 a solid (m), 0 a thin wall.
+        pub thickness: f32,
+        /// 0 opaque, above 0 the cutoff, −1 blend.
+        pub alpha_cutoff: f32,
+        /// Scale of the normal map's x and y.
+        pub normal_scale: f32,
+        /// [`MATERIAL_LAMBERT`].
+        pub flags: u32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+        /// sRGB.
+        pub base_color_texture: TextureSlot,
+        /// Linear.
+        pub metallic_roughness_texture: TextureSlot,
+        /// Linear.
+        pub normal_texture: TextureSlot,
+        /// sRGB.
+        pub emissive_texture: TextureSlot,
+    }
+}
+
+shader_struct! {
+    /// A light (112 bytes).
+    pub struct Light {
+        /// Position, or first corner (m, world).
+        pub position: [f32; 3],
+        /// A code of [`LightKind`].
+        pub kind: u32,
+        /// Direction in which light travels, or the triangle's normal (unit).
+        pub direction: [f32; 3],
+        /// Area of the triangle or of the directional light's disc (m²).
+        pub area: f32,
+        /// Intensity, irradiance or mean radiance, by kind.
+        pub intensity: [f32; 3],
+        /// Probability that this light or an earlier one is selected.
+        pub cdf: f32,
+        /// Second corner − first (m).
+        pub edge1: [f32; 3],
+        /// Cosine up to which a spot is full.
+        pub cos_inner: f32,
+        /// Third corner − first (m).
+        pub edge2: [f32; 3],
+        /// Cosine from which on a spot is dark.
+        pub cos_outer: f32,
+        /// Flux (W).
+        pub power: [f32; 3],
+        /// Probability that this light is selected.
+        pub probability: f32,
+        /// Index into the materials, or [`NONE`].
+        pub material: u32,
+        /// Index of the triangle, or [`NONE`].
+        pub triangle: u32,
+        /// Unused.
+        pub pad0: u32,
+        /// Unused.
+        pub pad1: u32,
+    }
+}
+
+/// Values of [`Light::kind`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum LightKind {
+    /// A point.
+    Point = 0,
+    /// A cone.
+    Spot = 1,
+    /// Infinitely far away.
+    Directional = 2,
+    /// An emissive triangle.
+    Triangle = 3,
+}
+
+impl BvhTriangle {
+    /// Triangle `index` of the scene.
+    pub(crate) fn new(triangle: &Triangle, index: u32, alpha_tested: bool, light: u32) -> Self {
+        let [a, b, c] = triangle.positions_world;
+        Self {
+            v0: a.to_array(),
+            id: if alpha_tested { index | ALPHA_TESTED } else { index },
+            edge1: (b - a).to_array(),
+            material: triangle.material,
+            edge2: (c - a).to_array(),
+            light,
+        }
+    }
+}
+
+impl TriangleAttributes {
+    pub(crate) fn new(triangle: &Triangle, light: u32) -> Self {
+        let [uv0, uv1, uv2] = triangle.uvs.map(|uv| uv.to_array());
+        Self {
+            normals: triangle.normals_world.map(octahedral),
+            material: triangle.material,
+            uv0,
+            uv1,
+            uv2,
+            light,
+            pad0: 0,
+        }
+    }
+}
+
+impl Material {
+    /// `slot` places a texture among the texels.
+    pub(crate) fn new(material: &CpuMaterial, slot: impl Fn(Option<TextureUse>) -> TextureSlot) -> Self {
+        Self {
+            base_color: material.base_color,
+            emissive: material.emissive,
+            roughness: material.roughness,
+            absorption: material.absorption().to_array(),
+            metallic: material.metallic,
+            transmission: material.transmission,
+            ior: material.ior,
+            thickness: material.thickness_m,
+            alpha_cutoff: match material.alpha {
+                Alpha::Opaque => 0.0,
+                Alpha::Mask(cutoff) => cutoff.max(0.0),
+                Alpha::Blend => -1.0,
+            },
+            normal_scale: material.normal_texture.map_or(1.0, |(_, scale)| scale),
+            flags: if material.is_lambert() { MATERIAL_LAMBERT } else { 0 },
+            pad0: 0,
+            pad1: 0,
+            base_color_texture: slot(material.base_color_texture),
+            metallic_roughness_texture: slot(material.metallic_roughness_texture),
+            normal_texture: slot(material.normal_texture.map(|(using, _)| using)),
+            emissive_texture: slot(material.emissive_texture),
+        }
+    }
+}
+
+/// A unit vector in 32 bits: octahedral map, two 16-bit snorms, x in the low half. The zero vector
+/// becomes +z.
+pub fn octahedral(v: Vec3) -> u32 {
+    let sum = v.x.abs() + v.y.abs() + v.z.abs();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return 0;
+    }
+    let (mut x, mut y) = (v.x / sum, v.y / sum);
+    if v.z < 0.0 {
+        (x, y) = ((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y));
+    }
+    let snorm = |value: f32| u32::from((value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    snorm(x) | snorm(y) << 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_those_of_the_wgsl() {
+        assert_eq!(size_of::<BvhTriangle>(), 48);
+        assert_eq!(size_of::<TriangleAttributes>(), 48);
+        assert_eq!(size_of::<TextureSlot>(), 48);
+        assert_eq!(size_of::<Material>(), 80 + 4 * 48);
+        assert_eq!(size_of::<Light>(), 112);
+        // WGSL aligns vec3 and structs that hold one to 16 bytes.
+        assert_eq!(std::mem::offset_of!(Material, base_color_texture) % 16, 0);
+        assert_eq!(std::mem::offset_of!(Light, power) % 16, 0);
+    }
+
+    #[test]
+    fn octahedral_comes_back() {
+        let snorm = |bits: u32| f32::from(bits as u16 as i16).max(-32767.0) / 32767.0;
+        for i in 0..1000_u32 {
+            let turn = i as f32 * 2.399_963;
+            let z = 1.0 - 2.0 * (i as f32 + 0.5) / 1000.0;
+            let v = Vec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
+            let bits = octahedral(v);
+            let (x, y) = (snorm(bits), snorm(bits >> 16));
+            let mut back = Vec3::new(x, y, 1.0 - x.abs() - y.abs());
+            let fold = (-back.z).max(0.0);
+            back.x -= fold.copysign(back.x);
+            back.y -= fold.copysign(back.y);
+            assert!(back.normalize().distance(v) < 1e-4, "{v} came back as {back}");
+        }
+        assert_eq!(octahedral(Vec3::Z), 0);
+        assert_eq!(octahedral(Vec3::X), 32767);
+    }
+}

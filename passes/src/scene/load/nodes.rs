@@ -1,0 +1,151 @@
+//! The node hierarchy, flattened: instances, lights and cameras in world space.
+
+use super::primitives::{Geometry, decode_mesh};
+use super::{SceneError, Source, label};
+use crate::scene::{Camera, Light, Scene, light};
+use glam::{Mat4, Quat, Vec3};
+use gltf::json::extensions::scene::khr_lights_punctual as punctual;
+use gltf::json::validation::Checked;
+use gltf::scene::Transform;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, HashMap};
+
+/// Walks the default scene, or the first one, or all root nodes when the file has no scene.
+pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneError> {
+    let nodes: Vec<gltf::Node<'_>> = source.document.nodes().collect();
+    let mut visited = vec![false; nodes.len()];
+    let mut meshes: HashMap<usize, Vec<Geometry>> = HashMap::new();
+    let mut warnings = BTreeSet::new();
+    let mut cameras: Vec<(usize, Camera)> = Vec::new();
+
+    // Depth first with an own stack: a deep chain of nodes must not exhaust that of the thread.
+    let mut stack: Vec<(usize, Mat4)> = roots(source).into_iter().rev().map(|i| (i, Mat4::IDENTITY)).collect();
+    while let Some((index, world_from_parent)) = stack.pop() {
+        let node = &nodes[index];
+        let place = || label("node", index, node.name());
+        if std::mem::replace(&mut visited[index], true) {
+            let problem = "it is reached twice: the hierarchy has a cycle or a shared child";
+            return Err(source.malformed(place(), problem));
+        }
+        let world_from_node = world_from_parent * local_transform(node);
+        if !world_from_node.is_finite() {
+            return Err(source.malformed(place(), "its transform is not finite"));
+        }
+        if let Some(mesh) = node.mesh() {
+            let geometries = match meshes.entry(mesh.index()) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(decode_mesh(source, &mesh, &mut warnings)?),
+            };
+            if node.skin().is_some() {
+                warnings.insert(format!("{} is skinned; it is shown in its bind pose", place()));
+            }
+            for geometry in geometries.iter() {
+                geometry.instantiate(world_from_node, &mut scene.triangles);
+            }
+        }
+        let json = &source.document.as_json().nodes[index];
+        if let Some(camera) = json.camera {
+            let camera = camera.value();
+            cameras.extend(
+                read_camera(source, camera, node.name(), world_from_node, &mut warnings)?
+                    .map(|read| (camera, read)),
+            );
+        }
+        let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+        if let Some(extension) = extension {
+            scene.lights.push(read_light(source, extension.light.value(), world_from_node)?);
+        }
+        stack.extend(node.children().map(|child| (child.index(), world_from_node)).collect::<Vec<_>>().into_iter().rev());
+    }
+    // "The first camera" is the file's first, whichever node comes first.
+    cameras.sort_by_key(|&(index, _)| index);
+    scene.cameras = cameras.into_iter().map(|(_, camera)| camera).collect();
+    scene.warnings.extend(warnings);
+    Ok(())
+}
+
+fn roots(source: &Source<'_>) -> Vec<usize> {
+    let document = source.document;
+    if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
+        return scene.nodes().map(|node| node.index()).collect();
+    }
+    let children: BTreeSet<usize> = document
+        .nodes()
+        .flat_map(|node| node.children().map(|child| child.index()).collect::<Vec<_>>())
+        .collect();
+    (0..document.nodes().len()).filter(|index| !children.contains(index)).collect()
+}
+
+fn local_transform(node: &gltf::Node<'_>) -> Mat4 {
+    match node.transform() {
+        Transform::Matrix { matrix } => Mat4::from_cols_array_2d(&matrix),
+        Transform::Decomposed { translation, rotation, scale } => {
+            let rotation = Quat::from_array(rotation);
+            // Exporters round; a zero quaternion is no rotation.
+            let unit = rotation.length_squared().is_normal();
+            let rotation = if unit { rotation.normalize() } else { Quat::IDENTITY };
+            Mat4::from_scale_rotation_translation(scale.into(), rotation, translation.into())
+        }
+    }
+}
+
+/// Perspective cameras; orthographic ones are skipped with a warning.
+fn read_camera(
+    source: &Source<'_>,
+    index: usize,
+    node_name: Option<&str>,
+    world_from_node: Mat4,
+    warnings: &mut BTreeSet<String>,
+) -> Result<Option<Camera>, SceneError> {
+    let json = &source.document.as_json().cameras[index];
+    let place = label("camera", index, json.name.as_deref());
+    let Some(perspective) = &json.perspective else {
+        warnings.insert(format!("{place} is orthographic and was skipped"));
+        return Ok(None);
+    };
+    let yfov = perspective.yfov;
+    if !(yfov > 0.0 && yfov < std::f32::consts::PI) {
+        return Err(source.malformed(place, format!("yfov is {yfov}, it must lie in (0, π)")));
+    }
+    let name = json.name.as_deref().or(node_name);
+    let name = name.map_or_else(|| format!("camera {index}"), str::to_owned);
+    Ok(Some(Camera::from_node(&name, world_from_node, yfov)))
+}
+
+fn read_light(
+    source: &Source<'_>,
+    index: usize,
+    world_from_node: Mat4,
+) -> Result<Light, SceneError> {
+    let extensions = source.document.as_json().extensions.as_ref();
+    let lights = extensions.and_then(|e| e.khr_lights_punctual.as_ref()).map(|e| &e.lights);
+    let Some(json) = lights.and_then(|lights| lights.get(index)) else {
+        return Err(source.malformed(format!("light {index}"), "it does not exist"));
+    };
+    let place = label("light", index, json.name.as_deref());
+    let strength = Vec3::from(json.color) * json.intensity;
+    if !strength.is_finite() || strength.min_element() < 0.0 {
+        return Err(source.malformed(place, format!("its colour times intensity is {strength}")));
+    }
+    let position_world = world_from_node.w_axis.truncate();
+    let direction_world =
+        world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
+    Ok(match json.type_ {
+        Checked::Valid(punctual::Type::Directional) => {
+            Light::Directional { direction_world, irradiance: strength }
+        }
+        Checked::Valid(punctual::Type::Spot) => {
+            let spot = json.spot.clone().unwrap_or_default();
+            let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
+            if !(inner >= 0.0 && outer >= inner && outer <= std::f32::consts::FRAC_PI_2 + 1e-4) {
+                let problem = format!("cone angles {inner} and {outer}: 0 ≤ inner ≤ outer ≤ π/2");
+                return Err(source.malformed(place, problem));
+            }
+            let (cos_inner, cos_outer) = light::ordered_cosines(inner.cos(), outer.cos());
+            Light::Spot { position_world, direction_world, intensity: strength, cos_inner, cos_outer }
+        }
+        Checked::Valid(punctual::Type::Point) | Checked::Invalid => {
+            Light::Point { position_world, intensity: strength }
+        }
+    })
+}

@@ -1,0 +1,265 @@
+//! Scenes: triangles, materials, textures, lights and cameras, on the CPU and on the GPU.
+//!
+//! ```text
+//! file.glb / file.gltf ──load──▶ Scene ──Bvh::build──▶ Bvh ──┐
+//! builtin::cornell() ───────────▶   │                       ├─GpuScene::upload──▶ GpuScene ──declare──▶ SceneHandles
+//!                                   └────────────────────────┘
+//! ```
+//!
+//! A [`Scene`] is flat: every instance of every node becomes triangles in world space (metres), so
+//! that there is one hierarchy and no transform at hit time. Units are those of [`Light`] and
+//! [`Material`]: intensity in W·sr⁻¹, irradiance in W·m⁻², radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
+
+mod camera;
+mod error;
+mod light;
+mod light_list;
+mod load;
+mod material;
+mod mesh;
+mod texture;
+
+pub mod builtin;
+pub mod bvh;
+pub mod gpu_types;
+mod pages;
+mod upload;
+
+pub use bvh::{Bvh, BvhStats, Hit};
+pub use camera::Camera;
+pub use error::SceneError;
+pub use light::{Light, spot_falloff};
+pub use material::{Alpha, Material};
+pub use texture::{TextureData, TextureUse, Wrap};
+pub use upload::{GpuScene, SceneHandles};
+
+use glam::{Vec2, Vec3};
+use std::path::Path;
+
+/// A triangle in world space. Its front side shows the vertices counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Corners (m).
+    pub positions_world: [Vec3; 3],
+    /// Shading normals at the corners (unit).
+    pub normals_world: [Vec3; 3],
+    /// Texture coordinates at the corners.
+    pub uvs: [Vec2; 3],
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+}
+
+impl Triangle {
+    /// Twice the area along the geometric normal: edge1 × edge2 (m²).
+    pub fn cross_world(&self) -> Vec3 {
+        let [a, b, c] = self.positions_world;
+        (b - a).cross(c - a)
+    }
+
+    /// Area (m²).
+    pub fn area(&self) -> f32 {
+        0.5 * self.cross_world().length()
+    }
+
+    /// Geometric normal of the front side (unit).
+    pub fn normal_world(&self) -> Vec3 {
+        self.cross_world().normalize_or_zero()
+    }
+
+    /// Whether it can be hit: all corners finite and of a size that arithmetic survives, area above zero.
+    pub(crate) fn is_sound(&self) -> bool {
+        let in_range = |p: Vec3| p.is_finite() && p.abs().max_element() < LARGEST_COORDINATE_M;
+        let area = self.cross_world().length_squared();
+        self.positions_world.iter().all(|&p| in_range(p)) && area.is_normal()
+    }
+}
+
+/// Coordinates beyond this (m) are refused: squares of areas would overflow 32-bit floats.
+pub(crate) const LARGEST_COORDINATE_M: f32 = 1e8;
+
+/// A scene on the CPU.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// File stem or name of the built-in scene.
+    pub name: String,
+    /// All triangles, instances flattened.
+    pub triangles: Vec<Triangle>,
+    /// Surfaces.
+    pub materials: Vec<Material>,
+    /// Images that the materials use.
+    pub textures: Vec<TextureData>,
+    /// Punctual lights.
+    pub lights: Vec<Light>,
+    /// Cameras in file order.
+    pub cameras: Vec<Camera>,
+    /// What was skipped or added while loading; to be shown to the user.
+    pub warnings: Vec<String>,
+}
+
+/// What strategies need to know of a scene without touching its triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SceneInfo {
+    /// Centre of a sphere that holds all triangles (m).
+    pub bounds_center: Vec3,
+    /// Its radius (m).
+    pub bounds_radius: f32,
+    /// Triangles.
+    pub triangle_count: u32,
+    /// Lights in the light list: punctual ones, then emissive triangles.
+    pub light_count: u32,
+    /// Punctual lights; they come first in the list.
+    pub punctual_count: u32,
+    /// Flux of all lights together (W).
+    pub total_power: Vec3,
+    /// Area of all triangles, one side each (m²).
+    pub surface_area: f32,
+}
+
+impl Scene {
+    /// Loads a `.gltf` or `.glb` file.
+    ///
+    /// Nodes are flattened, strips and fans become triangles, a scene that emits nothing gets a
+    /// default light. See [`Self::warnings`] for what was skipped.
+    ///
+    /// # Errors
+    /// Names the file, the place in it and the mend; see [`SceneError`].
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        load::file(path)
+    }
+
+    /// Loads a glTF or GLB that is already in memory; `name` stands for the file in messages.
+    /// Buffers and images must be embedded.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn from_slice(bytes: &[u8], name: &str) -> Result<Self, SceneError> {
+        load::slice(bytes, name)
+    }
+
+    /// The camera of that name or, failing that, of that index; without a selector the first one.
+    /// A scene without cameras is framed as a whole.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownCamera`] lists the names.
+    pub fn camera(&self, selector: Option<&str>) -> Result<Camera, SceneError> {
+        match (selector, self.cameras.first()) {
+            (Some(selector), _) => camera::select(&self.name, &self.cameras, selector).cloned(),
+            (None, Some(first)) => Ok(first.clone()),
+            (None, None) => {
+                let (center, radius) = self.bounding_sphere();
+                Ok(Camera::framing(center, radius))
+            }
+        }
+    }
+
+    /// Least and greatest corner of the box around all triangles (m); both zero when there are none.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let mut corners = self.triangles.iter().flat_map(|t| t.positions_world);
+        let Some(first) = corners.next() else { return (Vec3::ZERO, Vec3::ZERO) };
+        corners.fold((first, first), |(least, most), p| (least.min(p), most.max(p)))
+    }
+
+    /// Centre and radius (m) of a sphere that holds all triangles: the centre of [`Self::bounds`] and
+    /// the farthest corner from it, a hair enlarged against rounding.
+    pub fn bounding_sphere(&self) -> (Vec3, f32) {
+        let (least, most) = self.bounds();
+        let center = 0.5 * (least + most);
+        let farthest = self
+            .triangles
+            .iter()
+            .flat_map(|t| t.positions_world)
+            .map(|p| p.distance_squared(center))
+            .fold(0.0, f32::max);
+        (center, farthest.sqrt() * 1.000_01)
+    }
+
+    /// Area of all triangles, one side each (m²).
+    pub fn surface_area(&self) -> f32 {
+        self.triangles.iter().map(|triangle| f64::from(triangle.area())).sum::<f64>() as f32
+    }
+
+    /// Turns every opaque, non-metallic surface into a Lambertian of its base colour: the model to
+    /// compare light transport with (`--materials lambert`). Emission and alpha stay.
+    pub fn make_lambert(&mut self) {
+        for material in &mut self.materials {
+            material.make_lambert(&self.textures);
+        }
+    }
+
+    /// Drops triangles that cannot be hit and counts them in the warnings.
+    pub(crate) fn drop_unsound_triangles(&mut self) {
+        let before = self.triangles.len();
+        self.triangles.retain(Triangle::is_sound);
+        let dropped = before - self.triangles.len();
+        if dropped > 0 {
+            self.warnings.push(format!(
+                "{dropped} of {before} triangles have no area or no finite position and were dropped"
+            ));
+        }
+    }
+
+    /// Whether any surface or light emits.
+    fn emits(&self) -> bool {
+        self.lights.iter().any(|light| light.strength().max_element() > 0.0)
+            || self.triangles.iter().any(|triangle| {
+                let emissive = self.materials.get(triangle.material as usize).map(|m| m.emissive);
+                emissive.is_some_and(|e| e.iter().any(|&c| c > 0.0))
+            })
+    }
+
+    /// Adds a sun, and a warning, to a scene in which nothing emits.
+    pub(crate) fn ensure_light(&mut self) {
+        if self.emits() {
+            return;
+        }
+        self.lights = vec![Light::Directional {
+            direction_world: Vec3::new(-0.4, -1.0, -0.5).normalize(),
+            irradiance: Vec3::splat(std::f32::consts::PI),
+        }];
+        self.warnings.push(
+            "nothing in the scene emits light: added a directional light of π W/m² from above".into(),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_without_camera_is_framed() {
+        let mut scene = builtin::cornell();
+        scene.cameras.clear();
+        let (center, radius) = scene.bounding_sphere();
+        let camera = scene.camera(None).unwrap();
+        assert!(camera.position_world().distance(center) > radius, "outside the bounds");
+        assert!(scene.camera(Some("0")).is_err(), "no camera 0");
+    }
+
+    #[test]
+    fn dark_scene_gets_a_light_and_a_warning() {
+        let mut scene = builtin::cornell();
+        scene.ensure_light();
+        assert!(scene.lights.is_empty() && scene.warnings.is_empty(), "the quad emits");
+        for material in &mut scene.materials {
+            material.emissive = [0.0; 3];
+        }
+        scene.ensure_light();
+        assert_eq!(scene.lights.len(), 1);
+        assert!(scene.warnings[0].contains("nothing in the scene emits"), "{:?}", scene.warnings);
+    }
+
+    #[test]
+    fn unsound_triangles_are_dropped_and_counted() {
+        let mut scene = builtin::cornell();
+        let good = scene.triangles.len();
+        let mut flat = scene.triangles[0];
+        flat.positions_world[2] = flat.positions_world[0];
+        let mut wild = scene.triangles[0];
+        wild.positions_world[1].x = f32::NAN;
+        scene.triangles.extend([flat, wild]);
+        scene.drop_unsound_triangles();
+        assert_eq!(scene.triangles.len(), good);
+        assert!(scene.warnings[0].starts_with("2 of "), "{:?}", scene.warnings);
+    }
+}
