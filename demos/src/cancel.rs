@@ -18,20 +18,14 @@ pub(crate) fn listen() {
             }
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            crate::console::warn(&format!(
-                "Ctrl-C ends the program abruptly here, since no handler could be set: {error}"
-            ));
+            crate::console::warn(&format!("Ctrl-C ends the program abruptly here, since no handler could be set: {error}"));
         }
     });
 }
 
 /// `Break` once Ctrl-C was pressed: what an observer of long work answers.
 pub(crate) fn flow() -> ControlFlow<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) {
-        ControlFlow::Break(())
-    } else {
-        ControlFlow::Continue(())
-    }
+    if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// An error once Ctrl-C was pressed; called between steps.

@@ -8,13 +8,8 @@ use crate::Error;
 /// Prints to stdout. A reader that has gone (`lightloom … | head`) is no failure.
 pub(crate) fn print(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
-    match stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-    {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::write(Path::new("stdout"), error))
-        }
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::write(Path::new("stdout"), error)),
         _ => Ok(()),
     }
 }
@@ -23,6 +18,11 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
 pub(crate) fn warn(text: &str) {
     // Nobody is left to tell when stderr itself is closed.
     let _ = writeln!(std::io::stderr(), "warning: {text}");
+}
+
+/// Prints a remark on stderr.
+pub(crate) fn note(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Prints an error on stderr.

@@ -2,6 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use lightloom_graph::{GpuError, GraphError};
+use lightloom_passes::scene::SceneError;
+use lightloom_strategies::StrategyError;
+
 /// A failure of the program. The message names the file or option, the place and the mend.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -28,6 +32,18 @@ pub enum Error {
     /// The command is right but cannot be carried out here.
     #[error("{0}")]
     Unavailable(String),
+    /// No adapter, or none that suffices.
+    #[error("{0}\n  on Debian and Ubuntu, `bash demos/run.sh` installs a software driver (mesa-vulkan-drivers) by itself")]
+    Gpu(#[from] GpuError),
+    /// The scene's file is wrong.
+    #[error(transparent)]
+    Scene(SceneError),
+    /// The graph refused a frame, or running it failed.
+    #[error(transparent)]
+    Graph(GraphError),
+    /// A strategy refused its frame or its parameters.
+    #[error(transparent)]
+    Strategy(StrategyError),
     /// Ctrl-C.
     #[error("interrupted")]
     Interrupted,
@@ -44,17 +60,42 @@ impl Error {
 
     /// A file that cannot be read.
     pub(crate) fn read(path: &Path, reason: impl ToString) -> Self {
-        Self::Read {
-            path: path.to_owned(),
-            reason: reason.to_string(),
-        }
+        Self::Read { path: path.to_owned(), reason: reason.to_string() }
     }
 
     /// A file that cannot be written.
     pub(crate) fn write(path: &Path, reason: impl ToString) -> Self {
-        Self::Write {
-            path: path.to_owned(),
-            reason: reason.to_string(),
+        Self::Write { path: path.to_owned(), reason: reason.to_string() }
+    }
+}
+
+impl From<SceneError> for Error {
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::UnknownCamera { .. } => Self::Usage(error.to_string()),
+            other => Self::Scene(other),
+        }
+    }
+}
+
+impl From<GraphError> for Error {
+    fn from(error: GraphError) -> Self {
+        match error {
+            GraphError::Cancelled { .. } => Self::Interrupted,
+            other => Self::Graph(other),
+        }
+    }
+}
+
+impl From<StrategyError> for Error {
+    fn from(error: StrategyError) -> Self {
+        match error {
+            StrategyError::UnknownStrategy { .. }
+            | StrategyError::UnknownParameter { .. }
+            | StrategyError::BadValue { .. }
+            | StrategyError::BadSetting { .. } => Self::Usage(error.to_string()),
+            StrategyError::Graph(error) => error.into(),
+            other => Self::Strategy(other),
         }
     }
 }

@@ -65,9 +65,7 @@ pub(crate) fn encode_numbers(picture: &Picture, scale: f32, offset: f32) -> Vec<
 fn encode(picture: &Picture, map: impl Fn(f32) -> f32) -> Vec<u8> {
     let channels = picture.pixels().as_flattened().iter();
     // `as` turns NaN into 0.
-    channels
-        .map(|x| (map(*x).clamp(0.0, 1.0) * 255.0 + 0.5) as u8)
-        .collect()
+    channels.map(|x| (map(*x).clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
 }
 
 fn curve(x: f32) -> f32 {
@@ -80,11 +78,7 @@ fn curve(x: f32) -> f32 {
 
 /// The sRGB transfer function (IEC 61966-2-1).
 fn srgb(x: f32) -> f32 {
-    if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * x.powf(1.0 / 2.4) - 0.055
-    }
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]
@@ -96,10 +90,7 @@ mod tests {
         let mut last = -1.0;
         for i in 0..500 {
             let y = curve(i as f32 * 0.01);
-            assert!(
-                (0.0..=1.0).contains(&y) && y >= last,
-                "at {i}: {y} after {last}"
-            );
+            assert!((0.0..=1.0).contains(&y) && y >= last, "at {i}: {y} after {last}");
             assert!(y - last < 0.02 || i == 0, "a step at {i}");
             last = y;
         }
@@ -113,10 +104,7 @@ mod tests {
         let bright = Picture::new([2, 1], vec![[50.0; 3], [200.0; 3]]);
         // Geometric mean of ½ and 2 is 1.
         assert!((Exposure::automatic(&dim).factor() - KEY).abs() < 1e-6);
-        assert_eq!(
-            Exposure::automatic(&dim).tone_map(&dim),
-            Exposure::automatic(&bright).tone_map(&bright)
-        );
+        assert_eq!(Exposure::automatic(&dim).tone_map(&dim), Exposure::automatic(&bright).tone_map(&bright));
         let black = Picture::new([1, 1], vec![[0.0; 3]]);
         assert_eq!(Exposure::automatic(&black), Exposure::fixed(1.0));
     }

@@ -109,10 +109,7 @@ mod tests {
 
     #[test]
     fn columns_align() {
-        let rows = [
-            vec!["a".to_owned(), "1".to_owned()],
-            vec!["bcd".to_owned(), "–23".to_owned()],
-        ];
+        let rows = [vec!["a".to_owned(), "1".to_owned()], vec!["bcd".to_owned(), "–23".to_owned()]];
         assert_eq!(columns(&rows), "a      1\nbcd  –23\n");
     }
 }

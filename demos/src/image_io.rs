@@ -14,35 +14,24 @@ use crate::{Error, MAX_SIZE, Picture};
 /// Reads the R, G and B channels of an EXR file (16- or 32-bit float, not deep); alpha is dropped.
 pub fn read_exr(path: &Path) -> Result<Picture, Error> {
     let file = File::open(path).map_err(|error| Error::read(path, error))?;
-    let wrong =
-        |error: image::ImageError| Error::read(path, format!("not a readable EXR: {error}"));
-    let decoder =
-        OpenExrDecoder::with_alpha_preference(BufReader::new(file), Some(false)).map_err(wrong)?;
+    let wrong = |error: image::ImageError| Error::read(path, format!("not a readable EXR: {error}"));
+    let decoder = OpenExrDecoder::with_alpha_preference(BufReader::new(file), Some(false)).map_err(wrong)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 || width > MAX_SIZE || height > MAX_SIZE {
-        let reason =
-            format!("its size is {width}x{height}, and images are 1x1 to {MAX_SIZE}x{MAX_SIZE}");
+        let reason = format!("its size is {width}x{height}, and images are 1x1 to {MAX_SIZE}x{MAX_SIZE}");
         return Err(Error::read(path, reason));
     }
     let mut bytes = vec![0_u8; width as usize * height as usize * 12];
     decoder.read_image(&mut bytes).map_err(wrong)?;
     let value = |b: &[u8]| f32::from_ne_bytes([b[0], b[1], b[2], b[3]]);
-    let pixels = bytes
-        .chunks_exact(12)
-        .map(|p| [value(&p[0..4]), value(&p[4..8]), value(&p[8..12])])
-        .collect();
+    let pixels = bytes.chunks_exact(12).map(|p| [value(&p[0..4]), value(&p[4..8]), value(&p[8..12])]).collect();
     Ok(Picture::new([width, height], pixels))
 }
 
 /// Writes 32-bit float channels R, G, B, linear, without tone mapping.
 pub fn write_exr(path: &Path, picture: &Picture) -> Result<(), Error> {
     let [width, height] = picture.size();
-    let bytes: Vec<u8> = picture
-        .pixels()
-        .as_flattened()
-        .iter()
-        .flat_map(|x| x.to_ne_bytes())
-        .collect();
+    let bytes: Vec<u8> = picture.pixels().as_flattened().iter().flat_map(|x| x.to_ne_bytes()).collect();
     let mut file = Cursor::new(Vec::new());
     OpenExrEncoder::new(&mut file)
         .write_image(&bytes, width, height, ExtendedColorType::Rgb32F)
@@ -67,22 +56,14 @@ mod tests {
     fn exr_keeps_every_bit_and_names_its_channels() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let pixels = vec![
-            [0.1, -2.0, 3e30],
-            [1e-30, 0.0, 65504.5],
-            [7.0, 8.0, 9.0],
-            [1.0, 0.5, 0.25],
-        ];
+        let pixels = vec![[0.1, -2.0, 3e30], [1e-30, 0.0, 65504.5], [7.0, 8.0, 9.0], [1.0, 0.5, 0.25]];
         let picture = Picture::new([2, 2], pixels);
         write_exr(&path, &picture).unwrap();
         assert_eq!(read_exr(&path).unwrap(), picture);
         // The attribute `channels` lists each as: name, type (2 = float).
         let bytes = std::fs::read(&path).unwrap();
         for channel in [b"B\0\x02\0\0\0", b"G\0\x02\0\0\0", b"R\0\x02\0\0\0"] {
-            assert!(
-                bytes.windows(6).any(|w| w == channel),
-                "{channel:?} is not there as 32-bit float"
-            );
+            assert!(bytes.windows(6).any(|w| w == channel), "{channel:?} is not there as 32-bit float");
         }
     }
 
@@ -91,10 +72,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("b.exr");
         let missing = read_exr(&path).unwrap_err().to_string();
-        assert!(
-            missing.contains("b.exr") && missing.contains("cannot read"),
-            "{missing}"
-        );
+        assert!(missing.contains("b.exr") && missing.contains("cannot read"), "{missing}");
         std::fs::write(&path, b"not an image").unwrap();
         let wrong = read_exr(&path).unwrap_err().to_string();
         assert!(wrong.contains("b.exr") && wrong.contains("EXR"), "{wrong}");
@@ -108,11 +86,7 @@ mod tests {
         let bytes = std::fs::read(&path).unwrap();
         for length in [bytes.len() / 4, bytes.len() / 2, bytes.len() - 8] {
             std::fs::write(&path, &bytes[..length]).unwrap();
-            assert!(
-                read_exr(&path).is_err(),
-                "cut at {length} of {}",
-                bytes.len()
-            );
+            assert!(read_exr(&path).is_err(), "cut at {length} of {}", bytes.len());
         }
     }
 

@@ -50,20 +50,13 @@ pub fn signed_error(image: &Picture, reference: &Picture) -> Vec<f32> {
         .collect()
 }
 
-fn mean_of_pairs(
-    image: &Picture,
-    reference: &Picture,
-    term: impl Fn(f64, f64) -> f64,
-) -> Option<f64> {
+fn mean_of_pairs(image: &Picture, reference: &Picture, term: impl Fn(f64, f64) -> f64) -> Option<f64> {
     if image.size() != reference.size() || image.pixels().is_empty() {
         return None;
     }
     let x = image.pixels().as_flattened().iter();
     let r = reference.pixels().as_flattened();
-    let sum: f64 = x
-        .zip(r)
-        .map(|(x, r)| term(f64::from(*x), f64::from(*r)))
-        .sum();
+    let sum: f64 = x.zip(r).map(|(x, r)| term(f64::from(*x), f64::from(*r))).sum();
     Some(sum / r.len() as f64)
 }
 

@@ -58,20 +58,10 @@ mod tests {
 
     #[test]
     fn nonfinite_pixels_are_counted_once_each_and_become_black() {
-        let picture = Picture::new(
-            [3, 1],
-            vec![
-                [f32::NAN, 1.0, f32::INFINITY],
-                [1.0; 3],
-                [0.0, 2.0, f32::NAN],
-            ],
-        );
+        let picture = Picture::new([3, 1], vec![[f32::NAN, 1.0, f32::INFINITY], [1.0; 3], [0.0, 2.0, f32::NAN]]);
         assert_eq!(picture.nonfinite_pixels(), 2);
         let mended = picture.with_finite_values();
-        assert_eq!(
-            mended.pixels(),
-            [[0.0, 1.0, 0.0], [1.0; 3], [0.0, 2.0, 0.0]]
-        );
+        assert_eq!(mended.pixels(), [[0.0, 1.0, 0.0], [1.0; 3], [0.0, 2.0, 0.0]]);
     }
 
     #[test]

@@ -14,9 +14,7 @@ impl ProgressLine {
     pub(crate) fn new(label: &str) -> Self {
         // indicatif draws on stderr, and hides itself where that is no terminal.
         let bar = ProgressBar::new(0);
-        if let Ok(style) = ProgressStyle::with_template(
-            "{prefix:>14} [{bar:32}] {percent:>3} % {elapsed:>4} {wide_msg}",
-        ) {
+        if let Ok(style) = ProgressStyle::with_template("{prefix:>14} [{bar:32}] {percent:>3} % {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_prefix(label.to_owned());

@@ -82,7 +82,7 @@ pub struct StrategyResult {
     pub mean_ratio: Option<f64>,
     /// Mean FLIP of the tone-mapped images; `null` without a reference.
     pub flip: Option<f64>,
-    /// Wall-clock time of all frames, without loading and shader compilation where they can be told apart (ms).
+    /// Wall-clock time of all frames, with compiling shaders at their first use (ms).
     pub wall_ms: f64,
     /// Pixels with a NaN or an infinity; they count as black.
     pub nonfinite_pixels: u64,
@@ -110,7 +110,7 @@ pub struct Memory {
     pub pooled_bytes: u64,
 }
 
-/// Photons of one frame.
+/// Photons of all frames together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PhotonCounts {
     /// Paths begun at the lights.
@@ -121,7 +121,7 @@ pub struct PhotonCounts {
     pub dropped: u64,
 }
 
-/// Where the emitted flux went, per linear RGB channel (W).
+/// Where the emitted flux went, per linear RGB channel; the mean over the frames (W).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flux {
     /// Left the lights.
@@ -140,38 +140,19 @@ mod tests {
 
     #[test]
     fn the_file_has_every_agreed_key() {
-        let row = StrategyResult {
-            passes: vec![PassTime::default()],
-            ..StrategyResult::default()
-        };
-        let results = Results {
-            strategies: vec![row],
-            ..Results::default()
-        };
+        let row = StrategyResult { passes: vec![PassTime::default()], ..StrategyResult::default() };
+        let results = Results { strategies: vec![row], ..Results::default() };
         let json = serde_json::to_value(&results).unwrap();
         for key in ["scene", "adapter", "size", "strategies"] {
             assert!(json.get(key).is_some(), "{key}");
         }
         let row = &json["strategies"][0];
-        for key in [
-            "name",
-            "gpu_ms",
-            "passes",
-            "bytes",
-            "photons",
-            "flux",
-            "relmse",
-            "mean_ratio",
-            "flip",
-        ] {
+        for key in ["name", "gpu_ms", "passes", "bytes", "photons", "flux", "relmse", "mean_ratio", "flip"] {
             assert!(row.get(key).is_some(), "strategies[].{key}");
         }
         for (object, keys) in [
             (&row["photons"], &["emitted", "stored", "dropped"][..]),
-            (
-                &row["flux"],
-                &["emitted", "absorbed", "escaped", "terminated"][..],
-            ),
+            (&row["flux"], &["emitted", "absorbed", "escaped", "terminated"][..]),
             (&row["passes"][0], &["name", "gpu_ms"][..]),
         ] {
             for key in keys {

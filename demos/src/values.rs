@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use lightloom_strategies::Layer;
+
 use crate::MAX_SIZE;
 
 /// `WxH`, each 1 to 16384 pixels.
@@ -13,16 +15,12 @@ impl FromStr for ImageSize {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let parse = |side: &str| side.parse::<u32>().ok();
-        let sides = text
-            .split_once(['x', 'X', '×'])
-            .and_then(|(w, h)| Some([parse(w)?, parse(h)?]));
+        let sides = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some([parse(w)?, parse(h)?]));
         let Some(size) = sides else {
             return Err("write width and height in pixels as WxH, such as 640x360".to_owned());
         };
         if size.iter().any(|side| *side == 0 || *side > MAX_SIZE) {
-            return Err(format!(
-                "width and height must each be 1 to {MAX_SIZE} pixels"
-            ));
+            return Err(format!("width and height must each be 1 to {MAX_SIZE} pixels"));
         }
         Ok(Self(size))
     }
@@ -43,8 +41,7 @@ impl FromStr for Assignment {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong =
-            || "write a parameter and its value as K=V, or NAME.K=V for one strategy".to_owned();
+        let wrong = || "write a parameter and its value as K=V, or NAME.K=V for one strategy".to_owned();
         let (key, value) = text.split_once('=').ok_or_else(wrong)?;
         let (strategy, key) = match key.trim().split_once('.') {
             Some((strategy, key)) => (Some(parse_strategy(strategy)?), key),
@@ -53,11 +50,7 @@ impl FromStr for Assignment {
         if key.is_empty() || value.trim().is_empty() {
             return Err(wrong());
         }
-        Ok(Self {
-            strategy,
-            key: key.to_owned(),
-            value: value.trim().to_owned(),
-        })
+        Ok(Self { strategy, key: key.to_owned(), value: value.trim().to_owned() })
     }
 }
 
@@ -66,9 +59,7 @@ pub(crate) fn parse_count(text: &str) -> Result<u32, String> {
     let wrong = || "write a number above 0, such as 50000, 250k or 1M".to_owned();
     let (digits, factor) = match text.strip_suffix(['k', 'K']) {
         Some(digits) => (digits, 1e3),
-        None => text
-            .strip_suffix(['m', 'M'])
-            .map_or((text, 1.0), |digits| (digits, 1e6)),
+        None => text.strip_suffix(['m', 'M']).map_or((text, 1.0), |digits| (digits, 1e6)),
     };
     // `f64` would also take "inf", "nan", "1e3" and signs.
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit() || b == b'.') {
@@ -106,10 +97,14 @@ pub(crate) fn parse_strategy(text: &str) -> Result<String, String> {
     if names.contains(&text) {
         return Ok(text.to_owned());
     }
-    Err(format!(
-        "no strategy has this name; there are: {}",
-        names.join(", ")
-    ))
+    Err(format!("no strategy has this name; there are: {}", names.join(", ")))
+}
+
+/// The name of a layer.
+pub(crate) fn parse_layer(text: &str) -> Result<Layer, String> {
+    let layer = Layer::ALL.into_iter().find(|layer| layer.name() == text);
+    let names: Vec<&str> = Layer::ALL.iter().map(|layer| layer.name()).collect();
+    layer.ok_or_else(|| format!("no layer has this name; there are: {}", names.join(", ")))
 }
 
 #[cfg(test)]
@@ -120,16 +115,7 @@ mod tests {
     fn sizes() {
         assert_eq!("320x180".parse(), Ok(ImageSize([320, 180])));
         assert_eq!("16384x1".parse(), Ok(ImageSize([16384, 1])));
-        for wrong in [
-            "0x5",
-            "5x0",
-            "16385x1",
-            "5",
-            "x",
-            "-1x5",
-            "5x5x5",
-            "99999999999x1",
-        ] {
+        for wrong in ["0x5", "5x0", "16385x1", "5", "x", "-1x5", "5x5x5", "99999999999x1"] {
             assert!(wrong.parse::<ImageSize>().is_err(), "{wrong}");
         }
     }
@@ -140,11 +126,16 @@ mod tests {
         assert_eq!(parse_count("250k"), Ok(250_000));
         assert_eq!(parse_count("1.5M"), Ok(1_500_000));
         assert_eq!(parse_count("7"), Ok(7));
-        for wrong in [
-            "0", "", "k", "-5", "1.5", "5G", "inf", "nan", "1e3", "5000M", "1..2",
-        ] {
+        for wrong in ["0", "", "k", "-5", "1.5", "5G", "inf", "nan", "1e3", "5000M", "1..2"] {
             assert!(parse_count(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn layers() {
+        assert_eq!(parse_layer("caustic"), Ok(Layer::Caustic));
+        let error = parse_layer("shadow").unwrap_err();
+        assert!(error.contains("indirect") && error.contains("depth"), "{error}");
     }
 
     #[test]
@@ -158,15 +149,9 @@ mod tests {
     #[test]
     fn assignments() {
         let all: Assignment = "cell=0.5".parse().unwrap();
-        assert_eq!(
-            (all.strategy, all.key.as_str(), all.value.as_str()),
-            (None, "cell", "0.5")
-        );
+        assert_eq!((all.strategy, all.key.as_str(), all.value.as_str()), (None, "cell", "0.5"));
         let one: Assignment = "tiled.size=8".parse().unwrap();
-        assert_eq!(
-            (one.strategy.as_deref(), one.key.as_str()),
-            (Some("tiled"), "size")
-        );
+        assert_eq!((one.strategy.as_deref(), one.key.as_str()), (Some("tiled"), "size"));
         for wrong in ["cell", "=1", "cell=", "nobody.cell=1", ""] {
             assert!(wrong.parse::<Assignment>().is_err(), "{wrong}");
         }

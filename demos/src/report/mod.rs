@@ -35,11 +35,7 @@ pub(crate) fn html(results: &Results, images: &[Figure], errors: &[Figure]) -> S
     body.push_str(&section("Images", &slider(results, images)));
     if !errors.is_empty() {
         let caption = format!("<p class=note>{}</p>", error_map::LEGEND_TEXT);
-        let content = format!(
-            "{caption}{}{}",
-            error_map::legend(),
-            gallery(errors, "error")
-        );
+        let content = format!("{caption}{}{}", error_map::legend(), gallery(errors, "error"));
         body.push_str(&section("Error maps", &content));
     }
     body.push_str(&section("Time per pass", &charts::times(results)));
@@ -90,17 +86,11 @@ fn header(results: &Results) -> String {
     }
     if let Some(reference) = &results.reference {
         let samples = reference.samples.map(|n| format!(", {n} paths per pixel"));
-        facts.push((
-            "reference",
-            format!("{}{}", reference.name, samples.unwrap_or_default()),
-        ));
+        facts.push(("reference", format!("{}{}", reference.name, samples.unwrap_or_default())));
     }
     let mut list = String::new();
     for (name, value) in facts {
-        list.push_str(&format!(
-            "<div><dt>{name}</dt><dd>{}</dd></div>\n",
-            escape(&value)
-        ));
+        list.push_str(&format!("<div><dt>{name}</dt><dd>{}</dd></div>\n", escape(&value)));
     }
     format!(
         "<header>\n<p class=brand>Lightloom</p>\n<h1>{}</h1>\n<dl class=facts>\n{list}</dl>\n</header>\n",
@@ -112,14 +102,8 @@ fn warnings(results: &Results) -> String {
     if results.warnings.is_empty() {
         return String::new();
     }
-    let items: String = results
-        .warnings
-        .iter()
-        .map(|w| format!("<li>{}</li>\n", escape(w)))
-        .collect();
-    format!(
-        "<aside class=warnings>\n<strong>Before trusting the numbers</strong>\n<ul>\n{items}</ul>\n</aside>\n"
-    )
+    let items: String = results.warnings.iter().map(|w| format!("<li>{}</li>\n", escape(w))).collect();
+    format!("<aside class=warnings>\n<strong>Before trusting the numbers</strong>\n<ul>\n{items}</ul>\n</aside>\n")
 }
 
 /// The A/B slider, its choosers, and below it all images; the script copies the images from there.
@@ -127,10 +111,7 @@ fn slider(results: &Results, images: &[Figure]) -> String {
     let options = |chosen: usize| -> String {
         let option = |(i, figure): (usize, &Figure)| {
             let selected = if i == chosen { " selected" } else { "" };
-            format!(
-                "<option value={i}{selected}>{}</option>",
-                escape(&figure.name)
-            )
+            format!("<option value={i}{selected}>{}</option>", escape(&figure.name))
         };
         images.iter().enumerate().map(option).collect()
     };
@@ -174,10 +155,7 @@ mod tests {
         let row = |name: &str, ms: f64| StrategyResult {
             name: name.to_owned(),
             gpu_ms: Some(ms),
-            passes: vec![PassTime {
-                name: "gather".to_owned(),
-                gpu_ms: Some(ms),
-            }],
+            passes: vec![PassTime { name: "gather".to_owned(), gpu_ms: Some(ms) }],
             relmse: Some(0.01),
             ..StrategyResult::default()
         };
@@ -185,11 +163,7 @@ mod tests {
             scene: "a<b>.glb".to_owned(),
             size: [2, 1],
             strategies: vec![row("tiled", 1.5), row("exact", 30.0)],
-            reference: Some(Reference {
-                name: "path".to_owned(),
-                samples: Some(8),
-                wall_ms: None,
-            }),
+            reference: Some(Reference { name: "path".to_owned(), samples: Some(8), wall_ms: None }),
             warnings: vec!["\"x\" & y".to_owned()],
             ..Results::default()
         }
@@ -197,44 +171,16 @@ mod tests {
 
     #[test]
     fn the_page_stands_alone_and_is_escaped() {
-        let figure = |name: &str| Figure {
-            name: name.to_owned(),
-            png: vec![1, 2, 3],
-        };
-        let page = html(
-            &example(),
-            &[figure("reference"), figure("tiled")],
-            &[figure("tiled")],
-        );
-        assert!(
-            !page.contains("http://") && !page.contains("https://"),
-            "refers to the network"
-        );
+        let figure = |name: &str| Figure { name: name.to_owned(), png: vec![1, 2, 3] };
+        let page = html(&example(), &[figure("reference"), figure("tiled")], &[figure("tiled")]);
+        assert!(!page.contains("http://") && !page.contains("https://"), "refers to the network");
         let sources: Vec<&str> = page.split("src=\"").skip(1).collect();
         assert_eq!(sources.len(), 3);
-        assert!(
-            sources.iter().all(|s| s.starts_with("data:image/png;base64,AQID\"")),
-            "an outside image"
-        );
-        assert!(
-            page.contains("a&lt;b&gt;.glb") && !page.contains("a<b>"),
-            "not escaped"
-        );
-        assert!(
-            page.contains("&quot;x&quot; &amp; y"),
-            "the warning is missing"
-        );
-        for part in [
-            "Strategies",
-            "Images",
-            "Error maps",
-            "Time per pass",
-            "Memory",
-        ] {
-            assert!(
-                page.contains(&format!("<h2>{part}</h2>")),
-                "no section {part}"
-            );
+        assert!(sources.iter().all(|s| s.starts_with("data:image/png;base64,AQID\"")), "an outside image");
+        assert!(page.contains("a&lt;b&gt;.glb") && !page.contains("a<b>"), "not escaped");
+        assert!(page.contains("&quot;x&quot; &amp; y"), "the warning is missing");
+        for part in ["Strategies", "Images", "Error maps", "Time per pass", "Memory"] {
+            assert!(page.contains(&format!("<h2>{part}</h2>")), "no section {part}");
         }
     }
 
@@ -242,17 +188,7 @@ mod tests {
     fn a_page_without_reference_has_no_error_maps() {
         let mut results = example();
         results.reference = None;
-        let page = html(
-            &results,
-            &[Figure {
-                name: "tiled".to_owned(),
-                png: vec![],
-            }],
-            &[],
-        );
-        assert!(
-            !page.contains("Error maps"),
-            "error maps without a reference"
-        );
+        let page = html(&results, &[Figure { name: "tiled".to_owned(), png: vec![] }], &[]);
+        assert!(!page.contains("Error maps"), "error maps without a reference");
     }
 }

@@ -9,10 +9,7 @@ pub(crate) fn strategies(results: &Results) -> String {
     let heads = [
         ("strategy", ""),
         ("relMSE", "mean of (x − r)² / (r² + 0.01)"),
-        (
-            "mean ratio",
-            "mean of the image over mean of the reference; 1 is right",
-        ),
+        ("mean ratio", "mean of the image over mean of the reference; 1 is right"),
         ("FLIP", "perceived difference of the shown images, 0 to 1"),
         ("GPU ms", "device time of one frame"),
         ("memory", "transient memory held on the device"),
@@ -23,19 +20,11 @@ pub(crate) fn strategies(results: &Results) -> String {
         ("escaped", "share of the emitted flux"),
         ("ended", "share ended by roulette or depth"),
     ];
-    let head: String = heads
-        .iter()
-        .map(|(name, title)| format!("<th scope=col title=\"{}\">{name}</th>", escape(title)))
-        .collect();
+    let head: String =
+        heads.iter().map(|(name, title)| format!("<th scope=col title=\"{}\">{name}</th>", escape(title))).collect();
     let best = Best::of(&results.strategies);
-    let rows: String = results
-        .strategies
-        .iter()
-        .map(|row| line(row, &best))
-        .collect();
-    format!(
-        "<div class=scroll><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
-    )
+    let rows: String = results.strategies.iter().map(|row| line(row, &best)).collect();
+    format!("<div class=scroll><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n")
 }
 
 /// The smallest value of each column where smaller is better.
@@ -50,17 +39,9 @@ impl Best {
         let least = |value: fn(&StrategyResult) -> Option<f64>| {
             // A best of one is no news.
             let values = rows.iter().filter_map(value);
-            if rows.len() < 2 {
-                None
-            } else {
-                values.min_by(f64::total_cmp)
-            }
+            if rows.len() < 2 { None } else { values.min_by(f64::total_cmp) }
         };
-        Self {
-            relmse: least(|row| row.relmse),
-            flip: least(|row| row.flip),
-            gpu_ms: least(|row| row.gpu_ms),
-        }
+        Self { relmse: least(|row| row.relmse), flip: least(|row| row.flip), gpu_ms: least(|row| row.gpu_ms) }
     }
 }
 
@@ -73,19 +54,11 @@ fn line(row: &StrategyResult, best: &Best) -> String {
     let mean = |channels: [f64; 3]| channels.iter().sum::<f64>() / 3.0;
     let emitted = mean(row.flux.emitted);
     let share = |channels: [f64; 3]| {
-        if emitted > 0.0 {
-            format!("{:.1} %", 100.0 * mean(channels) / emitted)
-        } else {
-            "–".to_owned()
-        }
+        if emitted > 0.0 { format!("{:.1} %", 100.0 * mean(channels) / emitted) } else { "–".to_owned() }
     };
     let photons = row.photons.emitted > 0;
     let counted = |value: u64| {
-        if photons {
-            count(value)
-        } else {
-            "–".to_owned()
-        }
+        if photons { count(value) } else { "–".to_owned() }
     };
     let cells = [
         cell(number(row.relmse), is_best(row.relmse, best.relmse)),
@@ -100,11 +73,7 @@ fn line(row: &StrategyResult, best: &Best) -> String {
         cell(share(row.flux.escaped), false),
         cell(share(row.flux.terminated), false),
     ];
-    format!(
-        "<tr><th scope=row>{}</th>{}</tr>\n",
-        escape(&row.name),
-        cells.concat()
-    )
+    format!("<tr><th scope=row>{}</th>{}</tr>\n", escape(&row.name), cells.concat())
 }
 
 #[cfg(test)]
@@ -113,15 +82,9 @@ mod tests {
 
     #[test]
     fn the_smallest_error_is_marked_and_the_rest_is_not() {
-        let row = |name: &str, relmse| StrategyResult {
-            name: name.to_owned(),
-            relmse: Some(relmse),
-            ..StrategyResult::default()
-        };
-        let results = Results {
-            strategies: vec![row("a", 0.5), row("b", 0.25)],
-            ..Results::default()
-        };
+        let row =
+            |name: &str, relmse| StrategyResult { name: name.to_owned(), relmse: Some(relmse), ..StrategyResult::default() };
+        let results = Results { strategies: vec![row("a", 0.5), row("b", 0.25)], ..Results::default() };
         let table = strategies(&results);
         assert!(table.contains("<td class=best>0.250</td>"), "{table}");
         assert!(table.contains("<td>0.500</td>"), "{table}");

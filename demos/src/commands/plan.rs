@@ -1,0 +1,128 @@
+//! `lightloom plan`: a frame description planned without a device.
+
+use std::collections::HashMap;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use lightloom_graph::{Declaration, Plan, PlanOptions, plan, to_json};
+
+use crate::cli::PlanArgs;
+use crate::format::{bytes, columns, number};
+use crate::{Error, console};
+
+/// Planning is repeated for this long, and the median told: one run is at the mercy of caches and of the scheduler.
+const MEASURE: Duration = Duration::from_millis(200);
+/// More runs say nothing new.
+const MOST_RUNS: usize = 1000;
+
+pub(crate) fn run(args: &PlanArgs) -> Result<(), Error> {
+    let text = std::fs::read_to_string(&args.frame).map_err(|error| Error::read(&args.frame, error))?;
+    let wrong = |error| Error::read(&args.frame, error);
+    let declaration = Declaration::from_frame_json(&text).map_err(wrong)?;
+    let options = PlanOptions::default();
+    let planned = plan(&declaration, &options).map_err(wrong)?;
+    let plan_us = median_us(|| {
+        // The same declaration was planned without a mistake just before.
+        let _ = black_box(plan(black_box(&declaration), &options));
+    });
+    // What a frame costs whose structure was met before: hash it, find the plan, compare.
+    let known: HashMap<&Declaration, &Plan> = HashMap::from([(&declaration, &planned)]);
+    let cached_plan_us = median_us(|| {
+        black_box(known.get(black_box(&declaration)));
+    });
+    let times = Times { plan_us, cached_plan_us };
+    if args.json {
+        console::print(&format!("{:#}\n", json(&declaration, &planned, times)))
+    } else {
+        console::print(&table(&declaration, &planned, times))
+    }
+}
+
+/// Median times (µs).
+#[derive(Clone, Copy)]
+struct Times {
+    plan_us: f64,
+    cached_plan_us: f64,
+}
+
+fn median_us(mut work: impl FnMut()) -> f64 {
+    let begin = Instant::now();
+    let mut times = Vec::new();
+    while times.is_empty() || (begin.elapsed() < MEASURE && times.len() < MOST_RUNS) {
+        let start = Instant::now();
+        work();
+        times.push(start.elapsed().as_secs_f64() * 1e6);
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn json(declaration: &Declaration, plan: &Plan, times: Times) -> serde_json::Value {
+    let mut json = to_json(declaration, plan);
+    json["plan_us"] = times.plan_us.into();
+    json["cached_plan_us"] = times.cached_plan_us.into();
+    json
+}
+
+fn table(declaration: &Declaration, plan: &Plan, times: Times) -> String {
+    let mut rows = vec![["pass", "kind", "live"].map(str::to_owned).to_vec()];
+    for (position, &index) in plan.order.iter().enumerate() {
+        let Some(pass) = declaration.passes.get(index) else { continue };
+        let live = plan.live_bytes.get(position).copied().unwrap_or(0);
+        rows.push(vec![pass.name.clone(), pass.kind.name().to_owned(), bytes(live)]);
+    }
+    let mut text = columns(&rows);
+    if !plan.culled.is_empty() {
+        text.push_str("\nculled\n");
+        for culled in &plan.culled {
+            text.push_str(&format!("  {}: {}\n", culled.pass, culled.reason));
+        }
+    }
+    let memory = plan.memory;
+    let facts = [
+        ("frame", declaration.name.clone()),
+        ("passes", format!("{} of {} run", plan.order.len(), declaration.passes.len())),
+        ("resources", declaration.resources.len().to_string()),
+        ("unshared", bytes(memory.unshared_bytes)),
+        ("live at most", bytes(memory.peak_live_bytes)),
+        ("pooled", bytes(memory.pooled_bytes)),
+        ("placed", bytes(memory.placed_bytes)),
+        ("planned in", format!("{} µs", number(Some(times.plan_us)))),
+        ("from cache in", format!("{} µs", number(Some(times.cached_plan_us)))),
+    ];
+    let facts: Vec<Vec<String>> = facts.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+    text.push('\n');
+    text.push_str(&columns(&facts));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_and_json_agree_on_order_and_bytes() {
+        let frame = r#"{"frame": "f", "resources": [
+            {"name": "a", "kind": "buffer", "origin": "transient", "bytes": 2048},
+            {"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4}],
+          "passes": [
+            {"name": "make", "kind": "compute", "reads": [], "writes": [{"resource": "a", "preserve": false}]},
+            {"name": "use", "kind": "compute", "reads": ["a"], "writes": [{"resource": "out", "preserve": false}]},
+            {"name": "idle", "kind": "compute", "reads": [], "writes": []}]}"#;
+        let declaration = Declaration::from_frame_json(frame).unwrap();
+        let planned = plan(&declaration, &PlanOptions::default()).unwrap();
+        let times = Times { plan_us: 2.0, cached_plan_us: 1.0 };
+        let json = json(&declaration, &planned, times);
+        assert_eq!(json["order"], serde_json::json!(["make", "use"]));
+        assert_eq!(json["plan_us"], 2.0);
+        let text = table(&declaration, &planned, times);
+        assert!(text.contains("2 of 3 run") && text.contains("2.0 KiB") && text.contains("idle: "), "{text}");
+    }
+
+    #[test]
+    fn the_median_is_of_at_least_one_run() {
+        let mut runs = 0;
+        let time = median_us(|| runs += 1);
+        assert!(runs >= 1 && time >= 0.0, "{runs} runs, {time} µs");
+    }
+}

@@ -1,0 +1,326 @@
+//! Scene, adapter and pipelines joined: the one place that the commands render through.
+
+use std::time::Instant;
+
+use lightloom_graph::{Executor, Gpu, GpuRequest, Graph};
+use lightloom_passes::CameraUniform;
+use lightloom_passes::scene::{Camera, GpuScene, Scene, builtin};
+use lightloom_strategies::{Frame, Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
+
+use crate::cli::{Materials, SceneArgs, Switch, Trace};
+use crate::progress::ProgressLine;
+use crate::results::{Flux, Memory, PassTime, PhotonCounts, StrategyResult};
+use crate::values::Assignment;
+use crate::{Error, Picture, cancel};
+
+/// The reference, whose frames are its samples.
+pub(crate) const REFERENCE_STRATEGY: &str = "path";
+/// What stands before the name of a built-in scene.
+const BUILT_IN: &str = "builtin:";
+
+/// The names of all strategies.
+pub(crate) fn strategy_names() -> Vec<&'static str> {
+    registry().iter().map(|entry| entry.name).collect()
+}
+
+/// One image to render.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Job<'a> {
+    /// What the progress line says.
+    pub(crate) label: &'a str,
+    /// One of the strategies the session was opened with.
+    pub(crate) strategy: &'a str,
+    /// Paths per pixel, for `path` only.
+    pub(crate) samples: u32,
+    /// First number of the random sequences.
+    pub(crate) seed: u32,
+}
+
+/// An image and what it cost.
+#[derive(Debug)]
+pub(crate) struct Rendering {
+    /// The layer; finite everywhere.
+    pub(crate) picture: Picture,
+    /// Everything but the metrics and the file names.
+    pub(crate) row: StrategyResult,
+    /// What to know before trusting it.
+    pub(crate) warnings: Vec<String>,
+    /// How the times were measured.
+    pub(crate) timing: String,
+}
+
+/// A scene on an adapter, with the pipelines that were asked for.
+#[derive(Debug)]
+pub(crate) struct Session {
+    adapter: String,
+    executor: Executor,
+    scene: GpuScene,
+    camera: Camera,
+    settings: Settings,
+    pipelines: Vec<Pipeline>,
+    warnings: Vec<String>,
+}
+
+impl Session {
+    /// Loads the scene, builds the pipelines and opens the adapter, in this order: what can be wrong with the command
+    /// line and the file is told before a device is opened.
+    pub(crate) fn open(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
+        check_release(args)?;
+        let scene = load(args)?;
+        let camera = scene.camera(args.camera.as_deref())?;
+        let pipelines = pipelines(args, strategies)?;
+        cancel::listen();
+        let gpu = Gpu::new(&GpuRequest { max_limits: true, ..GpuRequest::default() })?;
+        let resident = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
+        Ok(Self {
+            adapter: gpu.adapter_name(),
+            executor: Executor::new(&gpu),
+            scene: resident,
+            camera,
+            settings: settings(args),
+            pipelines,
+            warnings: scene.warnings,
+        })
+    }
+
+    /// The adapter's name.
+    pub(crate) fn adapter(&self) -> &str {
+        &self.adapter
+    }
+
+    /// The camera's name.
+    pub(crate) fn camera_name(&self) -> &str {
+        &self.camera.name
+    }
+
+    /// What the scene's file left open.
+    pub(crate) fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Renders one image, with a progress line and until Ctrl-C.
+    pub(crate) fn render(&mut self, job: &Job<'_>) -> Result<Rendering, Error> {
+        cancel::check()?;
+        let mut settings = Settings { seed: job.seed, ..self.settings.clone() };
+        if job.strategy == REFERENCE_STRATEGY {
+            settings.frames = job.samples;
+        }
+        let pipeline = find(&mut self.pipelines, job.strategy)?;
+        let line = ProgressLine::new(job.label);
+        let start = Instant::now();
+        let rendered = pipeline.render(&mut self.executor, &self.scene, &self.camera, &settings, &mut |progress| {
+            let total = progress.total.max(1) as u64;
+            let done = u64::from(progress.frame) * total + progress.done as u64;
+            line.update(done, u64::from(progress.frames) * total, progress.pass);
+            cancel::flow()
+        })?;
+        let wall_ms = start.elapsed().as_secs_f64() * 1e3;
+        drop(line);
+        rendering(job.strategy, &settings, rendered, wall_ms)
+    }
+
+    /// Declares the first frame of a strategy, as [`Self::render`] would run it.
+    pub(crate) fn declare(&mut self, strategy: &str) -> Result<Graph<'static>, Error> {
+        let pipeline = find(&mut self.pipelines, strategy)?;
+        let mut graph = Graph::new(strategy);
+        let handles = self.scene.declare(&mut graph);
+        let settings = &self.settings;
+        let info = self.scene.info;
+        let camera = CameraUniform::new(&self.camera, settings.size, settings.jitter(0), info.bounds_radius);
+        let frame = Frame { scene: &handles, info: &info, camera: &camera, settings, frame_index: 0 };
+        let layers = pipeline.declare_frame(&mut graph, &frame, None)?;
+        for &layer in &settings.layers {
+            let image = layers.light(layer).map(|light| &light.mean).or(layers.surface(layer));
+            graph.readback_texture(image.ok_or_else(|| no_layer(strategy, layer))?);
+        }
+        Ok(graph)
+    }
+}
+
+/// Refuses what later releases will have.
+fn check_release(args: &SceneArgs) -> Result<(), Error> {
+    if args.filter == Switch::On {
+        return Err(Error::Usage("this release has no filters: leave --filter out, or say `--filter off`".to_owned()));
+    }
+    let wanted = match args.trace {
+        Trace::Auto | Trace::Bvh => return Ok(()),
+        Trace::RayQuery => "ray-query",
+        Trace::Pipeline => "pipeline",
+    };
+    Err(Error::Unavailable(format!(
+        "--trace {wanted} is not available: this release traces rays by `bvh`, which `auto` takes too"
+    )))
+}
+
+fn load(args: &SceneArgs) -> Result<Scene, Error> {
+    let mut scene = match args.scene.to_str().and_then(|name| name.strip_prefix(BUILT_IN)) {
+        Some(name) => builtin::by_name(name).ok_or_else(|| {
+            Error::Usage(format!("no built-in scene is called `{name}`; there are: {}", builtin::names().join(", ")))
+        })?,
+        None => Scene::load(&args.scene)?,
+    };
+    if args.materials == Materials::Lambert {
+        scene.make_lambert();
+    }
+    Ok(scene)
+}
+
+fn settings(args: &SceneArgs) -> Settings {
+    Settings {
+        size: args.size.0,
+        photons: args.photons,
+        bounces: args.bounces,
+        seed: args.seed,
+        frames: args.frames,
+        deterministic: args.deterministic,
+        layers: vec![args.layer],
+        ..Settings::default()
+    }
+}
+
+/// One pipeline per strategy, with its parameters set.
+fn pipelines(args: &SceneArgs, strategies: &[String]) -> Result<Vec<Pipeline>, Error> {
+    let mut pipelines = Vec::new();
+    for name in strategies {
+        pipelines.push(Pipeline::new(by_name(name)?)?);
+    }
+    if let Some(radius) = args.radius {
+        for pipeline in pipelines.iter_mut().filter(|pipeline| pipeline.strategy().uses_photons()) {
+            pipeline.strategy_mut().set("radius", &radius.to_string())?;
+        }
+    }
+    for assignment in &args.assignments {
+        assign(&mut pipelines, assignment)?;
+    }
+    Ok(pipelines)
+}
+
+/// Sets a parameter of the strategy named, or of all that have it; one of them must.
+fn assign(pipelines: &mut [Pipeline], assignment: &Assignment) -> Result<(), Error> {
+    let Assignment { strategy: wanted, key, value } = assignment;
+    let mut unknown = None;
+    let mut set = false;
+    for pipeline in pipelines {
+        let strategy = pipeline.strategy_mut();
+        if wanted.as_deref().is_some_and(|name| name != strategy.name()) {
+            continue;
+        }
+        match strategy.set(key, value) {
+            Ok(()) => set = true,
+            Err(error @ StrategyError::UnknownParameter { .. }) => unknown = unknown.or(Some(error)),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    match (set, unknown) {
+        (true, _) => Ok(()),
+        (false, Some(error)) => Err(error.into()),
+        (false, None) => {
+            let name = wanted.as_deref().unwrap_or_default();
+            Err(Error::Usage(format!("--set {name}.{key}={value}: strategy `{name}` is not among those rendered here")))
+        }
+    }
+}
+
+fn find<'a>(pipelines: &'a mut [Pipeline], strategy: &str) -> Result<&'a mut Pipeline, Error> {
+    let found = pipelines.iter_mut().find(|pipeline| pipeline.strategy().name() == strategy);
+    found.ok_or_else(|| Error::Unavailable(format!("strategy `{strategy}` was not prepared")))
+}
+
+fn no_layer(strategy: &str, layer: Layer) -> Error {
+    Error::Unavailable(format!(
+        "strategy `{strategy}` does not tell the layer `{}` apart; choose another layer or strategy",
+        layer.name()
+    ))
+}
+
+/// The requested layer and the numbers, in the words of `results.json`.
+fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f64) -> Result<Rendering, Error> {
+    let layer = settings.layers.first().copied().unwrap_or(Layer::Final);
+    let frames = f64::from(settings.frames);
+    let gpu_ms = rendered.gpu_ms().map(|ms| ms / frames);
+    let photons = rendered.photons.unwrap_or_default();
+    let Rendered { size, layers, passes, timing, memory, mut warnings, .. } = rendered;
+    let image = layers.into_iter().find(|image| image.layer == layer).ok_or_else(|| no_layer(strategy, layer))?;
+    let picture = Picture::new(size, image.pixels);
+    let nonfinite_pixels = picture.nonfinite_pixels();
+    if nonfinite_pixels > 0 {
+        warnings.push(format!("strategy `{strategy}`: {nonfinite_pixels} pixels are NaN or infinite; they count as black"));
+    }
+    let row = StrategyResult {
+        name: strategy.to_owned(),
+        gpu_ms,
+        passes: passes.into_iter().map(|pass| PassTime { name: pass.name, gpu_ms: pass.gpu_ms.map(|ms| ms / frames) }).collect(),
+        bytes: memory.allocated_bytes,
+        memory: Memory {
+            unshared_bytes: memory.unshared_bytes,
+            peak_live_bytes: memory.peak_live_bytes,
+            pooled_bytes: memory.pooled_bytes,
+        },
+        photons: PhotonCounts { emitted: photons.emitted, stored: photons.stored, dropped: photons.dropped },
+        flux: Flux {
+            emitted: photons.flux.emitted,
+            absorbed: photons.flux.absorbed,
+            escaped: photons.flux.escaped,
+            terminated: photons.flux.terminated,
+        },
+        wall_ms,
+        nonfinite_pixels,
+        ..StrategyResult::default()
+    };
+    Ok(Rendering { picture: picture.with_finite_values(), row, warnings, timing })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prepared(names: &[&str]) -> Vec<Pipeline> {
+        names.iter().map(|name| Pipeline::new(by_name(name).unwrap()).unwrap()).collect()
+    }
+
+    fn value(pipelines: &[Pipeline], strategy: &str, key: &str) -> String {
+        let pipeline = pipelines.iter().find(|pipeline| pipeline.strategy().name() == strategy);
+        let parameters = pipeline.unwrap().strategy().parameters();
+        parameters.into_iter().find(|parameter| parameter.name == key).unwrap().value
+    }
+
+    #[test]
+    fn an_assignment_reaches_all_that_have_the_key_or_the_one_named() {
+        let mut pipelines = prepared(&["tiled", "hash-grid", "path"]);
+        assign(&mut pipelines, &"r_max=0.5".parse().unwrap()).unwrap();
+        assign(&mut pipelines, &"hash-grid.r_max=0.25".parse().unwrap()).unwrap();
+        assert_eq!(value(&pipelines, "tiled", "r_max"), "0.5");
+        assert_eq!(value(&pipelines, "hash-grid", "r_max"), "0.25");
+    }
+
+    #[test]
+    fn assignments_to_nobody_are_wrong_usage() {
+        let mut pipelines = prepared(&["tiled"]);
+        for wrong in ["colour=red", "path.light_paths=5", "r_max=wide"] {
+            let error = assign(&mut pipelines, &wrong.parse().unwrap()).unwrap_err();
+            assert_eq!(error.exit_status(), 2, "{wrong}: {error}");
+        }
+    }
+
+    #[test]
+    fn nonfinite_pixels_are_warned_of_and_black() {
+        let layers = vec![lightloom_strategies::LayerImage {
+            layer: Layer::Final,
+            pixels: vec![[f32::NAN; 3], [1.0; 3]],
+            standard_error: None,
+        }];
+        let rendered = Rendered { size: [2, 1], frames: 1, layers, ..Rendered::default() };
+        let settings = Settings { size: [2, 1], layers: vec![Layer::Final], ..Settings::default() };
+        let rendering = rendering("tiled", &settings, rendered, 1.0).unwrap();
+        assert_eq!(rendering.row.nonfinite_pixels, 1);
+        assert_eq!(rendering.picture.pixels(), [[0.0; 3], [1.0; 3]]);
+        assert!(rendering.warnings[0].contains("tiled"), "{:?}", rendering.warnings);
+    }
+
+    #[test]
+    fn a_layer_the_strategy_lacks_is_named() {
+        let settings = Settings { layers: vec![Layer::Caustic], ..Settings::default() };
+        let error = rendering("tiled", &settings, Rendered::default(), 1.0).unwrap_err().to_string();
+        assert!(error.contains("caustic") && error.contains("tiled"), "{error}");
+    }
+}
