@@ -24,6 +24,7 @@ pub mod bvh;
 pub mod gpu_types;
 mod pages;
 mod upload;
+mod writer;
 
 pub use bvh::{Bvh, BvhStats, Hit};
 pub use camera::Camera;

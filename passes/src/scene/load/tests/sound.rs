@@ -199,14 +199,15 @@ fn shared(name: &str) -> Option<PathBuf> {
 }
 
 #[test]
-fn shared_scenes_load_without_warnings() {
+fn shared_scenes_load_whole() {
     let expected = [
         ("sponza.glb", 262_087, 3, 4),
         ("cornell_area.glb", 0, 0, 2),
         ("cornell_point.glb", 0, 1, 2),
         ("furnace_box.glb", 12, 1, 2),
         ("caustics_point.glb", 0, 1, 2),
-        ("chess_glass.glb", 178_852, 1, 2),
+        // 178,852 in the file, of which three have no area.
+        ("chess_glass.glb", 178_849, 1, 2),
     ];
     for (name, triangles, lights, cameras) in expected {
         let Some(path) = shared(name) else { continue };
@@ -214,7 +215,13 @@ fn shared_scenes_load_without_warnings() {
         assert_eq!(scene.lights.len(), lights, "{name}: lights");
         assert_eq!(scene.cameras.len(), cameras, "{name}: cameras");
         assert!(triangles == 0 || scene.triangles.len() == triangles, "{name}: {}", scene.triangles.len());
-        assert!(scene.warnings.is_empty(), "{name}: {:?}", scene.warnings);
+        let expected: &[&str] = match name {
+            "chess_glass.glb" => {
+                &["3 of 178852 triangles have no area or no finite position and were dropped"]
+            }
+            _ => &[],
+        };
+        assert_eq!(scene.warnings, expected, "{name}");
     }
 }
 

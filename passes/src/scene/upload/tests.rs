@@ -1,0 +1,90 @@
+//! What was uploaded is read back and compared with the scene.
+
+use super::*;
+use crate::scene::gpu_types::ALPHA_TESTED;
+use crate::scene::{Alpha, TextureData, TextureUse, builtin};
+use glam::Vec3;
+use lightloom_graph::Gpu;
+
+/// Contents of a buffer.
+fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
+    let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("staging"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    staging.slice(..).map_async(wgpu::MapMode::Read, |result| result.unwrap());
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    staging.slice(..).get_mapped_range().unwrap().to_vec()
+}
+
+#[test]
+fn buffers_hold_the_scene() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut scene = builtin::cornell();
+    scene.textures.push(TextureData {
+        name: "half there".into(),
+        width: 1,
+        height: 2,
+        rgba8: vec![255, 255, 255, 255, 255, 255, 255, 0],
+    });
+    scene.materials[1].base_color_texture = Some(TextureUse::new(0));
+    scene.materials[1].alpha = Alpha::Mask(0.5);
+    let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
+    let uploaded = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh).unwrap();
+
+    assert_eq!(read(&gpu, &uploaded.bvh_nodes.buffer), bvh.node_bytes());
+    let bytes = read(&gpu, &uploaded.bvh_triangles.buffer);
+    let in_leaf_order: &[BvhTriangle] = bytemuck::cast_slice(&bytes);
+    let bytes = read(&gpu, &uploaded.triangles.buffer);
+    let attributes: &[TriangleAttributes] = bytemuck::cast_slice(&bytes);
+    let bytes = read(&gpu, &uploaded.lights.buffer);
+    let lights: &[Light] = bytemuck::cast_slice(&bytes);
+    let bytes = read(&gpu, &uploaded.materials.buffer);
+    let materials: &[Material] = bytemuck::cast_slice(&bytes);
+    assert_eq!(in_leaf_order.len(), scene.triangles.len());
+    assert_eq!(materials.len(), scene.materials.len());
+    assert_eq!(materials[1].base_color_texture.height, 2);
+    for (place, triangle) in in_leaf_order.iter().enumerate() {
+        let index = triangle.id & !ALPHA_TESTED;
+        assert_eq!(index, bvh.leaf_order()[place]);
+        let original = &scene.triangles[index as usize];
+        assert_eq!(Vec3::from(triangle.v0), original.positions_world[0], "corner");
+        assert_eq!(triangle.material, original.material);
+        assert_eq!(triangle.id & ALPHA_TESTED != 0, original.material == 1, "only the mask is tested");
+        assert_eq!(triangle.light, attributes[index as usize].light, "both name one light");
+        if triangle.light != NONE {
+            assert_eq!(lights[triangle.light as usize].triangle, index);
+        }
+    }
+    assert_eq!(lights.len() as u32, uploaded.info().light_count);
+    assert!((lights[lights.len() - 1].cdf - 1.0).abs() < f32::EPSILON, "the cdf ends at one");
+}
+
+#[test]
+fn a_device_that_is_too_small_is_named() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let small = wgpu::DeviceDescriptor {
+        required_limits: wgpu::Limits {
+            max_storage_buffer_binding_size: 1 << 16,
+            ..wgpu::Limits::default()
+        },
+        ..wgpu::DeviceDescriptor::default()
+    };
+    let mut request = std::pin::pin!(gpu.adapter.request_device(&small));
+    let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+    let (device, queue) = loop {
+        if let std::task::Poll::Ready(result) = request.as_mut().poll(&mut context) {
+            break result.unwrap();
+        }
+    };
+    let error = GpuScene::upload(&device, &queue, &builtin::caustics()).unwrap_err();
+    let message = error.to_string();
+    for part in ["`caustics`", "`bvh_nodes`", "bytes", "65536", "max_storage_buffer_binding_size"] {
+        assert!(message.contains(part), "`{message}` should say `{part}`");
+    }
+}

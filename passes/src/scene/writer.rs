@@ -1,0 +1,162 @@
+//! Writes a scene's buffers and textures in chunks, so that nothing large is in memory twice.
+
+use super::pages::{MOST_TEXELS, Pages, Strip};
+use super::{SceneError, TextureData};
+use lightloom_graph::{BufferDesc, ShaderStruct, TextureDesc, wgpu};
+
+/// Bytes converted and written at once.
+const CHUNK_BYTES: usize = 4 << 20;
+/// Bytes written before the queue is drained, which frees its staging memory.
+const DRAIN_BYTES: usize = 64 << 20;
+
+/// A buffer and its description.
+#[derive(Debug)]
+pub(super) struct Resident {
+    /// Name of the WGSL variable.
+    pub(super) name: &'static str,
+    pub(super) buffer: wgpu::Buffer,
+    pub(super) desc: BufferDesc,
+}
+
+/// Creates and fills resources of one scene.
+pub(super) struct Writer<'a> {
+    device: &'a wgpu::Device,
+    queue: &'a wgpu::Queue,
+    scene: &'a str,
+    pending: usize,
+}
+
+impl<'a> Writer<'a> {
+    /// `scene` names the scene in errors.
+    pub(super) fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, scene: &'a str) -> Self {
+        Self { device, queue, scene, pending: 0 }
+    }
+
+    fn buffer(&self, name: &'static str, desc: BufferDesc) -> Result<Resident, SceneError> {
+        let limits = self.device.limits();
+        let binding = limits.max_storage_buffer_binding_size;
+        self.allow(name, desc.size, "bytes", binding, "max_storage_buffer_binding_size")?;
+        self.allow(name, desc.size, "bytes", limits.max_buffer_size, "max_buffer_size")?;
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(name),
+            size: desc.size,
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        Ok(Resident { name, buffer, desc })
+    }
+
+    /// A buffer of plain bytes.
+    pub(super) fn bytes(&mut self, name: &'static str, bytes: &[u8]) -> Result<Resident, SceneError> {
+        let resident = self.buffer(name, BufferDesc::bytes(bytes.len() as u64))?;
+        for (index, chunk) in bytes.chunks(CHUNK_BYTES).enumerate() {
+            self.write(&resident, (index * CHUNK_BYTES) as u64, chunk);
+        }
+        Ok(resident)
+    }
+
+    /// A buffer of structs, converted and written chunk by chunk.
+    pub(super) fn array<T: ShaderStruct>(
+        &mut self,
+        name: &'static str,
+        elements: impl ExactSizeIterator<Item = T>,
+    ) -> Result<Resident, SceneError> {
+        let resident = self.buffer(name, BufferDesc::array_of::<T>(elements.len() as u64))?;
+        let most = (CHUNK_BYTES / size_of::<T>()).max(1);
+        let mut chunk: Vec<T> = Vec::with_capacity(most.min(elements.len()));
+        let mut offset = 0;
+        let mut elements = elements;
+        loop {
+            chunk.clear();
+            chunk.extend(elements.by_ref().take(most));
+            if chunk.is_empty() {
+                return Ok(resident);
+            }
+            let bytes = bytemuck::cast_slice(&chunk);
+            self.write(&resident, offset, bytes);
+            offset += bytes.len() as u64;
+        }
+    }
+
+    /// The array texture of all images.
+    pub(super) fn texels(
+        &mut self,
+        textures: &[TextureData],
+        pages: &Pages,
+    ) -> Result<(wgpu::Texture, TextureDesc), SceneError> {
+        let [width, height, layers] = pages.size();
+        let limits = self.device.limits();
+        self.allow("texels", pages.total(), "texels", MOST_TEXELS, "32-bit indices")?;
+        let most_layers = limits.max_texture_array_layers;
+        self.allow("texels", layers.into(), "layers", most_layers.into(), "max_texture_array_layers")?;
+        let most = limits.max_texture_dimension_2d;
+        self.allow("texels", width.into(), "texels across", most.into(), "max_texture_dimension_2d")?;
+        let format = wgpu::TextureFormat::Rgba8Unorm;
+        let srgb = wgpu::TextureFormat::Rgba8UnormSrgb;
+        let desc = TextureDesc::new_2d([width, height], format).layers(layers).view_format(srgb);
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("texels"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[srgb],
+        });
+        let rows = (CHUNK_BYTES / (width as usize * 4)) as u32;
+        pages.write(textures, rows, |strip, bytes| self.write_strip(&texture, strip, bytes));
+        Ok((texture, desc))
+    }
+
+    fn write_strip(&mut self, texture: &wgpu::Texture, strip: &Strip, bytes: &[u8]) {
+        let mut target = texture.as_image_copy();
+        target.origin = wgpu::Origin3d { x: 0, y: strip.row, z: strip.layer };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(strip.width * 4),
+            rows_per_image: None,
+        };
+        let size =
+            wgpu::Extent3d { width: strip.width, height: strip.rows, depth_or_array_layers: 1 };
+        self.queue.write_texture(target, bytes, layout, size);
+        self.count(bytes.len());
+    }
+
+    fn write(&mut self, resident: &Resident, offset: u64, bytes: &[u8]) {
+        self.queue.write_buffer(&resident.buffer, offset, bytes);
+        self.count(bytes.len());
+    }
+
+    fn count(&mut self, bytes: usize) {
+        self.pending += bytes;
+        if self.pending >= DRAIN_BYTES {
+            self.drain();
+        }
+    }
+
+    /// Waits until everything is written.
+    pub(super) fn drain(&mut self) {
+        self.pending = 0;
+        self.queue.submit([]);
+        // A lost device shows at the next submission, with a better message than here.
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+
+    fn allow(
+        &self,
+        resource: &'static str,
+        needed: u64,
+        unit: &'static str,
+        allowed: u64,
+        limit: &'static str,
+    ) -> Result<(), SceneError> {
+        if needed <= allowed {
+            return Ok(());
+        }
+        let scene = self.scene.to_owned();
+        Err(SceneError::DeviceLimit { scene, resource, needed, unit, allowed, limit })
+    }
+}
