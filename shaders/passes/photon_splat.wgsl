@@ -63,14 +63,14 @@ fn photon_splat(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_wo
     let incident = -octahedral_decode(photon.direction);
     let cos_incident = dot(incident, surface.normal_geometric);
     let same_side = dot(octahedral_decode(photon.normal), surface.normal_geometric) > 0.5;
-    if surface_is_specular(surface) || !same_side || cos_incident <= 0.0 {
+    if surface_opacity(surface) == 0.0 || !same_side || cos_incident <= 0.0 {
         return;
     }
     let cos_film = -view.z / distance;
     let pixel_area = 4.0 * params.camera.tan_half.x * params.camera.tan_half.y / (f32(params.camera.size.x) * f32(params.camera.size.y));
     let geometry = dot(-direction, surface.normal_geometric) / (distance * distance * cos_film * cos_film * cos_film * pixel_area);
     let correction = max(dot(incident, surface.brdf.normal), 0.0) / max(cos_incident, 1.0e-4);
-    let value = flux_decode(photon.flux) * brdf_eval(surface.brdf, incident, -direction) * (correction * geometry);
+    let value = flux_decode(photon.flux) * brdf_eval(surface.brdf, incident, -direction) * (surface_opacity(surface) * correction * geometry);
 
     var rng = rng_new(params.seed, 0x53504c54u, index);
     let dither = rng_next4(&rng).xyz;

@@ -83,7 +83,7 @@ fn follow(thread: u32) {
         if !surface.front && surface.thickness > 0.0 {
             flux *= exp(-surface.absorption * hit.t);
         }
-        let specular = surface_is_specular(surface);
+        let specular = surface_opacity(surface) == 0.0;
         if !specular && bounce > 0u {
             let noise = rng_next4(&rng);
             staging[thread * params.max_bounces + stored] = Photon(

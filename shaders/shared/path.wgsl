@@ -42,7 +42,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             throughput *= exp(-surface.absorption * hit.t);
         }
         let wo = -direction;
-        let specular = surface_is_specular(surface);
+        let opacity = surface_opacity(surface);
 
         // Emission, weighted against next-event estimation at the vertex before.
         if max_component(surface.emission) > 0.0 {
@@ -63,23 +63,22 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             }
         }
         if vertex == 1u {
-            first_specular = specular;
-        } else {
-            chain_specular = chain_specular && specular;
+            first_specular = opacity < 1.0;
         }
         if vertex == max_bounces + 2u {
             break;
         }
 
         // Next-event estimation.
-        if !specular {
+        if opacity > 0.0 {
             var value = punctual_light(surface, wo, info, rng);
             let emissive = emissive_light(surface, wo, info, rng_next4(rng));
             if emissive.pdf > 0.0 {
-                let reflected_pdf = brdf_pdf(surface.brdf, emissive.direction, wo);
+                let reflected_pdf = opacity * brdf_pdf(surface.brdf, emissive.direction, wo);
                 value += emissive.value * (emissive.pdf / (emissive.pdf + reflected_pdf));
             }
-            if vertex == 1u {
+            value *= opacity;
+            if vertex == 1u && !first_specular {
                 result.direct += throughput * value;
             } else {
                 result.indirect += throughput * value;
@@ -96,9 +95,11 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             break;
         }
         throughput /= survival;
-        pdf = scattered.pdf;
-        // Without next-event estimation here, emission that the next ray meets counts whole.
-        was_specular = specular;
+        pdf = opacity * scattered.pdf;
+        was_specular = scattered.specular;
+        if vertex > 1u {
+            chain_specular = chain_specular && scattered.specular;
+        }
         origin = surface_exit(surface, scattered.direction);
         direction = scattered.direction;
     }

@@ -105,9 +105,10 @@ fn mapped_normal(triangle: BvhTriangle, attributes: TriangleAttributes, material
     return normalize(t * scaled.x - b * scaled.y + normal * scaled.z);
 }
 
-// Whether light leaves the surface in single directions only, so that no density can be estimated there.
-fn surface_is_specular(surface: Surface) -> bool {
-    return surface.mirror || surface.transmission > 0.0;
+// Share of the light that the surface's diffuse and glossy reflection takes; the rest leaves in single directions.
+// 0: wholly specular, no light can be connected to it and no density estimated on it.
+fn surface_opacity(surface: Surface) -> f32 {
+    return select(1.0 - surface.transmission, 0.0, surface.mirror);
 }
 
 // Fresnel reflectance of a dielectric; `eta` = n_transmitted / n_incident. 1 in total internal reflection.

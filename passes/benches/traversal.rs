@@ -1,0 +1,153 @@
+//! Rays per second of the WGSL traversal beside the same hierarchy traversed on the CPU by its own crate, in one run.
+//!
+//! `cargo bench -p lightloom-passes [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
+//! ones leave their hits with a cosine distribution. GPU time is the pass's own; the first dispatch, which includes the
+//! driver's compilation, is not counted.
+
+use glam::Vec3;
+use lightloom_graph::{BufferDesc, Executor, Gpu, GpuRequest, Graph};
+use lightloom_passes::scene::{Bvh, GpuScene, Scene, builtin};
+use lightloom_passes::{Ray, RayHit, TraceRays};
+use std::error::Error;
+use std::path::Path;
+use std::time::Instant;
+
+const WIDTH: u32 = 1024;
+const HEIGHT: u32 = 512;
+const REPEATS: u32 = 3;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    let scene = match &path {
+        Some(path) => Scene::load(Path::new(path))?,
+        None => builtin::caustics(),
+    };
+    let gpu = Gpu::new(&GpuRequest::default())?;
+    let gpu_scene = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
+    let bvh = Bvh::build(&scene.name, &scene.triangles)?;
+    let stats = bvh.stats();
+    println!("{}: {} triangles, {} nodes, built in {:.0} ms; {}", scene.name, stats.triangles, stats.nodes, stats.build_time.as_secs_f64() * 1e3, gpu.adapter_name());
+
+    let coherent = camera_rays(&scene)?;
+    let mut bench = Bench { executor: Executor::new(&gpu), pass: TraceRays::new(&lightloom_passes::shaders())?, scene: &gpu_scene };
+    println!("{:<10} {:>12} {:>12} {:>8} {:>10}", "rays", "WGSL Mray/s", "CPU Mray/s", "ratio", "agreeing");
+    let hits = bench.compare("coherent", &bvh, &coherent)?;
+    let diffuse = bounce_rays(&scene, &coherent, &hits);
+    bench.compare("diffuse", &bvh, &diffuse)?;
+    Ok(())
+}
+
+struct Bench<'a> {
+    executor: Executor,
+    pass: TraceRays,
+    scene: &'a GpuScene,
+}
+
+impl Bench<'_> {
+    fn compare(&mut self, name: &str, bvh: &Bvh, rays: &[Ray]) -> Result<Vec<RayHit>, Box<dyn Error>> {
+        let mut best_gpu_ms = f64::INFINITY;
+        let mut hits = Vec::new();
+        for repeat in 0..=REPEATS {
+            let (found, ms) = self.trace(rays)?;
+            hits = found;
+            if repeat > 0 {
+                best_gpu_ms = best_gpu_ms.min(ms);
+            }
+        }
+        let mut best_cpu_ms = f64::INFINITY;
+        let mut cpu = Vec::new();
+        for _ in 0..REPEATS {
+            let start = Instant::now();
+            cpu = trace_on_cpu(bvh, rays);
+            best_cpu_ms = best_cpu_ms.min(start.elapsed().as_secs_f64() * 1e3);
+        }
+        let agree = cpu.iter().zip(&hits).filter(|(cpu, gpu)| **cpu == gpu.triangle).count();
+        let rate = |ms: f64| rays.len() as f64 / ms / 1e3;
+        println!(
+            "{name:<10} {:>12.2} {:>12.2} {:>8.2} {:>9.3}%",
+            rate(best_gpu_ms),
+            rate(best_cpu_ms),
+            rate(best_gpu_ms) / rate(best_cpu_ms),
+            100.0 * agree as f64 / rays.len() as f64
+        );
+        Ok(hits)
+    }
+
+    fn trace(&mut self, rays: &[Ray]) -> Result<(Vec<RayHit>, f64), Box<dyn Error>> {
+        let device = self.executor.device();
+        let buffer = lightloom_graph::wgpu::util::DeviceExt::create_buffer_init(
+            device,
+            &lightloom_graph::wgpu::util::BufferInitDescriptor {
+                label: Some("rays"),
+                contents: bytemuck::cast_slice(rays),
+                usage: lightloom_graph::wgpu::BufferUsages::STORAGE,
+            },
+        );
+        let mut graph = Graph::new("traversal");
+        let scene = self.scene.declare(&mut graph);
+        let handle = graph.import_buffer("rays", BufferDesc::array_of::<Ray>(rays.len() as u64), buffer);
+        let hits = self.pass.add(&mut graph, &scene, &handle, rays.len() as u32);
+        let readback = graph.readback_buffer(&hits);
+        let output = self.executor.execute(graph)?;
+        let ms = output.passes.iter().find(|pass| pass.name == "trace_rays").and_then(|pass| pass.gpu_ms).ok_or("the adapter has no timestamps")?;
+        Ok((output.cast(readback), ms))
+    }
+}
+
+fn camera_rays(scene: &Scene) -> Result<Vec<Ray>, Box<dyn Error>> {
+    let camera = scene.camera(None)?;
+    let tan = (0.5 * camera.yfov).tan();
+    let aspect = WIDTH as f32 / HEIGHT as f32;
+    let ray = |i: u32| {
+        // Tiles of 8 × 8 pixels, as a renderer would launch them.
+        let (tile, inside) = (i / 64, i % 64);
+        let tiles_x = WIDTH / 8;
+        let (x, y) = ((tile % tiles_x) * 8 + inside % 8, (tile / tiles_x) * 8 + inside / 8);
+        let ndc = [(x as f32 + 0.5) / WIDTH as f32 * 2.0 - 1.0, 1.0 - (y as f32 + 0.5) / HEIGHT as f32 * 2.0];
+        let view = Vec3::new(ndc[0] * tan * aspect, ndc[1] * tan, -1.0);
+        let direction = camera.world_from_view.transform_vector3(view).normalize();
+        Ray { origin: camera.position_world().to_array(), t_max: f32::MAX, direction: direction.to_array(), pad0: 0 }
+    };
+    Ok((0..WIDTH * HEIGHT).map(ray).collect())
+}
+
+/// Where the rays hit, on with a cosine distribution (a hash of the index is random enough to scatter them).
+fn bounce_rays(scene: &Scene, rays: &[Ray], hits: &[RayHit]) -> Vec<Ray> {
+    let mut state = 0x9e37_79b9_u32;
+    let mut random = || {
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        (state >> 8) as f32 / 16_777_216.0
+    };
+    rays.iter()
+        .zip(hits)
+        .filter(|(_, hit)| hit.triangle != RayHit::NONE)
+        .map(|(ray, hit)| {
+            let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+            let normal = scene.triangles[hit.triangle as usize].normal_world();
+            let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+            let sphere = {
+                let z = 1.0 - 2.0 * random();
+                let phi = std::f32::consts::TAU * random();
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                Vec3::new(r * phi.cos(), r * phi.sin(), z)
+            };
+            let on = (normal + 0.9999 * sphere).normalize();
+            let from = origin + direction * hit.t + normal * 1e-3;
+            Ray { origin: from.to_array(), t_max: f32::MAX, direction: on.to_array(), pad0: 0 }
+        })
+        .collect()
+}
+
+fn trace_on_cpu(bvh: &Bvh, rays: &[Ray]) -> Vec<u32> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let chunk = rays.len().div_ceil(threads).max(1);
+    let trace = |ray: &Ray| {
+        bvh.closest_hit(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max).map_or(RayHit::NONE, |hit| hit.triangle)
+    };
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = rays.chunks(chunk).map(|part| scope.spawn(move || part.iter().map(trace).collect::<Vec<_>>())).collect();
+        parts.into_iter().flat_map(|part| part.join().unwrap_or_default()).collect()
+    })
+}
