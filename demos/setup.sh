@@ -7,27 +7,20 @@ fail() {
   exit 1
 }
 
-# Runs a command as root: directly, or through sudo.
-as_root() {
-  if [ "$(id -u)" -eq 0 ]; then
-    "$@"
-  elif command -v sudo >/dev/null 2>&1; then
-    sudo "$@"
-  else
-    fail "installing packages needs root, and there is no sudo here; as root, run: $*"
-  fi
-}
-
-# install WHY PACKAGE…: installs Debian packages, or says which ones are wanted.
+# install WHY PACKAGE…: installs Debian packages as root or through sudo, or says which ones are wanted.
 install() {
-  local why=$1
+  local why=$1 root=()
   shift
   command -v apt-get >/dev/null 2>&1 ||
     fail "$why; there is no apt-get here: install by your package manager what Debian calls: $*"
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null 2>&1 || fail "$why, and there is no sudo here; as root, run: apt-get install -y $*"
+    root=(sudo)
+  fi
   printf '%s: installing %s\n' "$why" "$*" >&2
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get update -qq >&2 ||
+  "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq >&2 ||
     printf 'warning: apt-get update failed; trying with the package lists at hand\n' >&2
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2 ||
+  "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2 ||
     fail "$why, and apt-get could not install $*"
 }
 
