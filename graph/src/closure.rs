@@ -1,0 +1,61 @@
+//! What a closure pass is given when it is recorded.
+
+use std::fmt;
+
+/// A pass's closure.
+pub(crate) struct Record<'f>(pub(crate) RecordFn<'f>);
+
+type RecordFn<'f> = Box<dyn FnOnce(&mut ClosureContext<'_>) -> Result<(), String> + 'f>;
+
+impl fmt::Debug for Record<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("closure")
+    }
+}
+
+/// The device, an encoder and the resources of a closure pass.
+#[derive(Debug)]
+pub struct ClosureContext<'a> {
+    pub(crate) device: &'a wgpu::Device,
+    pub(crate) queue: &'a wgpu::Queue,
+    pub(crate) encoder: &'a mut wgpu::CommandEncoder,
+    pub(crate) buffers: Vec<(&'a str, &'a wgpu::Buffer)>,
+    pub(crate) textures: Vec<(&'a str, &'a wgpu::Texture)>,
+}
+
+impl ClosureContext<'_> {
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        self.device
+    }
+
+    /// The queue. What is submitted here runs before this pass's own commands.
+    pub fn queue(&self) -> &wgpu::Queue {
+        self.queue
+    }
+
+    /// The encoder the pass records into. End every pass begun on it.
+    pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        self.encoder
+    }
+
+    /// The buffer behind the handle of that name, if the pass declared it.
+    ///
+    /// # Errors
+    /// If the pass did not declare such a buffer.
+    pub fn buffer(&self, name: &str) -> Result<wgpu::Buffer, String> {
+        find(&self.buffers, name).cloned().ok_or_else(|| format!("the pass declares no buffer `{name}`; add `.read(&…)` or `.write(&mut …)`"))
+    }
+
+    /// The texture behind the handle of that name, if the pass declared it.
+    ///
+    /// # Errors
+    /// If the pass did not declare such a texture.
+    pub fn texture(&self, name: &str) -> Result<wgpu::Texture, String> {
+        find(&self.textures, name).cloned().ok_or_else(|| format!("the pass declares no texture `{name}`; add `.read(&…)` or `.write(&mut …)`"))
+    }
+}
+
+fn find<'a, T>(items: &[(&str, &'a T)], name: &str) -> Option<&'a T> {
+    items.iter().find(|(other, _)| *other == name).map(|(_, item)| *item)
+}

@@ -1,0 +1,164 @@
+//! One frame as plain data: what planning needs, and no shaders, closures or wgpu objects.
+
+use crate::{BufferDesc, TextureDesc, error::PassPlace};
+use std::panic::Location;
+
+/// A frame as data. Build it through [`Graph::declaration`](crate::Graph::declaration) or
+/// [`Declaration::from_frame_json`]; serde writes and reads the frame form of version 1.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Declaration {
+    /// Name of the frame.
+    pub name: String,
+    /// Resources; accesses name them by index.
+    pub resources: Vec<ResourceDecl>,
+    /// Passes in recorded order.
+    pub passes: Vec<PassDecl>,
+}
+
+/// One resource.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct ResourceDecl {
+    /// Name, unique in the frame.
+    pub name: String,
+    /// Texture or buffer, with its description.
+    pub kind: ResourceKind,
+    /// Who owns it.
+    pub origin: Origin,
+    /// Bytes it takes; 0: unknown and not counted.
+    pub bytes: u64,
+    /// Whether its writers are never culled.
+    pub keep: bool,
+    pub(crate) location: Option<&'static Location<'static>>,
+}
+
+/// Texture or buffer.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum ResourceKind {
+    /// A texture.
+    Texture(TextureDesc),
+    /// A buffer.
+    Buffer(BufferDesc),
+}
+
+/// Who owns a resource, hence whose contents it has when the frame begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Origin {
+    /// The graph's, for this frame only; its first contents are garbage.
+    Transient,
+    /// The caller's.
+    Imported,
+    /// Kept between frames, as a frame file states it: readable at once, and written for the next frame.
+    History,
+    /// The last frame's half of a history pair: read only.
+    Previous,
+    /// This frame's half of a history pair: write before reading.
+    Current,
+}
+
+impl Origin {
+    /// Whether reading it before anything wrote it is fine.
+    pub(crate) fn has_contents(self) -> bool {
+        matches!(self, Self::Imported | Self::History | Self::Previous)
+    }
+
+    /// Whether what is written to it outlives the frame.
+    pub(crate) fn outlives_frame(self) -> bool {
+        matches!(self, Self::Imported | Self::History | Self::Current)
+    }
+}
+
+/// One pass.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct PassDecl {
+    /// Name, unique in the frame.
+    pub name: String,
+    /// What it does.
+    pub kind: PassKind,
+    /// Whether it takes long and is given a submission of its own.
+    pub heavy: bool,
+    /// Whether it must run whatever becomes of what it writes.
+    pub side_effect: bool,
+    /// What it reads and writes.
+    pub accesses: Vec<Access>,
+    pub(crate) location: Option<&'static Location<'static>>,
+}
+
+impl PassDecl {
+    pub(crate) fn place(&self) -> PassPlace {
+        PassPlace { pass: self.name.clone(), rust: rust_place(self.location) }
+    }
+}
+
+/// `file:line`, or nothing.
+pub(crate) fn rust_place(location: Option<&Location<'_>>) -> String {
+    location.map_or_else(String::new, |location| format!("{}:{}", location.file(), location.line()))
+}
+
+/// Kind of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PassKind {
+    /// Compute dispatch.
+    Compute,
+    /// Draw with attachments.
+    Raster,
+    /// Copy, clear or readback.
+    Copy,
+    /// Any other transfer (frame files).
+    Transfer,
+    /// Ray-tracing pipeline (frame files).
+    Raytrace,
+    /// Recorded by the caller.
+    Closure,
+}
+
+impl PassKind {
+    /// Its name in frame files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Compute => "compute",
+            Self::Raster => "raster",
+            Self::Copy => "copy",
+            Self::Transfer => "transfer",
+            Self::Raytrace => "raytrace",
+            Self::Closure => "closure",
+        }
+    }
+}
+
+/// One use of a resource by a pass.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Access {
+    /// Index of the resource.
+    pub resource: usize,
+    /// Name it is bound to, or a word for the use.
+    pub binding: String,
+    /// Whether it needs the contents from before the pass.
+    pub read: bool,
+    /// Whether and how it writes.
+    pub write: Write,
+    /// wgpu usage bits, of `TextureUsages` or `BufferUsages`.
+    pub(crate) usage: u32,
+}
+
+/// How an access writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Write {
+    /// It does not.
+    No,
+    /// Some of it may keep what an earlier pass wrote, so that pass stays alive.
+    Keep,
+    /// All of it: what was there is gone.
+    Overwrite,
+}
+
+impl Access {
+    /// Whether it writes at all.
+    pub fn writes(&self) -> bool {
+        self.write != Write::No
+    }
+}

@@ -1,0 +1,72 @@
+//! The one way to the device: error scopes, waits, and knowing when it is lost.
+
+use crate::error::GraphError;
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// A device and its queue, with whether it was lost.
+#[derive(Clone, Debug)]
+pub(super) struct Gate {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+impl Gate {
+    pub(super) fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        let lost: Arc<Mutex<Option<String>>> = Arc::default();
+        let flag = Arc::clone(&lost);
+        device.set_device_lost_callback(move |reason, message| {
+            *flag.lock().unwrap_or_else(PoisonError::into_inner) = Some(format!("{reason:?}: {message}"));
+        });
+        Self { device, queue, lost }
+    }
+
+    /// Refuses a lost device.
+    pub(super) fn alive(&self) -> Result<(), GraphError> {
+        match self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+            Some(message) => Err(GraphError::DeviceLost { message }),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs `action` with every wgpu error caught. `held`: bytes in the pool, for an out-of-memory message.
+    pub(super) fn scoped<T>(&self, during: &str, held: u64, action: impl FnOnce() -> Result<T, GraphError>) -> Result<T, GraphError> {
+        let scopes = [wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::Validation]
+            .map(|filter| self.device.push_error_scope(filter));
+        let result = action();
+        let mut caught = None;
+        for scope in scopes.into_iter().rev() {
+            let error = pollster::block_on(scope.pop());
+            // Being out of memory is the cause of what else went wrong.
+            if matches!(error, Some(wgpu::Error::OutOfMemory { .. })) || caught.is_none() {
+                caught = error.or(caught);
+            }
+        }
+        self.alive()?;
+        match (caught, result) {
+            // Our own error is the more telling one, unless wgpu's explains it.
+            (_, Err(error @ (GraphError::Cancelled { .. } | GraphError::OutOfMemory { .. } | GraphError::Gpu { .. }))) => Err(error),
+            (Some(wgpu::Error::OutOfMemory { .. }), _) => Err(GraphError::OutOfMemory { during: during.to_owned(), bytes: held }),
+            (_, Err(error)) => Err(error),
+            (Some(error), Ok(_)) => Err(GraphError::Gpu { during: during.to_owned(), message: error.to_string() }),
+            (None, Ok(value)) => Ok(value),
+        }
+    }
+
+    /// Waits until `submission`, or all there is, has run.
+    pub(super) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), GraphError> {
+        self.alive()?;
+        let poll = wgpu::PollType::Wait { submission_index: submission, timeout: None };
+        // wgpu 30 panics in `poll` when the device is lost during the wait; there is no other way to wait.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(poll)));
+        self.alive()?;
+        match polled {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(error)) => Err(GraphError::Gpu { during: "a wait".to_owned(), message: error.to_string() }),
+            Err(_) => Err(GraphError::DeviceLost { message: "a wait failed".to_owned() }),
+        }
+    }
+}

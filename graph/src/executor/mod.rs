@@ -1,0 +1,292 @@
+//! Runs plans on a device.
+
+mod bindings;
+mod encode;
+mod gate;
+mod history;
+mod limits;
+mod pipelines;
+mod plans;
+mod pool;
+mod readback;
+mod timing;
+
+use crate::{
+    Graph, Gpu, Memory, Readback, Sharing,
+    declaration::{Declaration, ResourceKind},
+    error::GraphError,
+    plan::{Culled, Plan, PlanOptions},
+};
+use gate::Gate;
+use std::{ops::ControlFlow, sync::Arc, time::Instant};
+pub use timing::TimingSource;
+
+/// Runs frames on one device, and keeps what lives between them: plans, pipelines, pooled memory, history.
+///
+/// Frames may come from graphs of different names; each name has its own history. The executor takes the device's
+/// lost-device callback, so that a lost device is an error and not a silent stop.
+#[derive(Debug)]
+pub struct Executor {
+    gate: Gate,
+    sharing: Sharing,
+    timing: bool,
+    source: TimingSource,
+    plans: plans::Plans,
+    pool: pool::Pool,
+    history: history::Histories,
+    pipelines: pipelines::Pipelines,
+    params: Option<wgpu::Buffer>,
+    frame: u64,
+    last_submission: Option<wgpu::SubmissionIndex>,
+}
+
+/// How far a frame has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Progress<'a> {
+    /// Passes finished.
+    pub done: usize,
+    /// Passes in the plan.
+    pub total: usize,
+    /// The last finished pass.
+    pub pass: &'a str,
+}
+
+/// GPU time of one pass.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct PassTime {
+    /// Name of the pass.
+    pub name: String,
+    /// Time (ms); `None` if this pass could not be timed, or timing is off.
+    pub gpu_ms: Option<f64>,
+}
+
+/// What a frame gives back.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FrameOutput {
+    /// The passes that ran, in order.
+    pub passes: Vec<PassTime>,
+    /// The passes that did not, and why.
+    pub culled: Vec<Culled>,
+    /// Bytes of the frame's transient resources.
+    pub memory: Memory,
+    /// Bytes of transient resources in use at each pass that ran.
+    pub live_bytes: Vec<u64>,
+    /// Objects the executor's pool holds now, of this and recent frames.
+    pub pool_objects: usize,
+    /// Bytes the executor's pool and histories hold now.
+    pub held_bytes: u64,
+    /// Time to plan, or to find the plan in the cache (µs).
+    pub plan_us: f64,
+    /// Whether the plan came from the cache.
+    pub cached_plan: bool,
+    /// Why the plan was made anew; empty if it came from the cache.
+    pub plan_reason: String,
+    /// Where the times come from.
+    pub timing_source: TimingSource,
+    graph: u64,
+    readbacks: Vec<Vec<u8>>,
+}
+
+impl FrameOutput {
+    /// The bytes of a readback of this frame; empty for a readback of another frame.
+    ///
+    /// Textures come as tightly packed rows, row 0 on top, layer after layer.
+    pub fn bytes(&self, readback: Readback) -> &[u8] {
+        if readback.graph != self.graph {
+            return &[];
+        }
+        self.readbacks.get(readback.index as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// The bytes of a readback as values of `T`; a last part of one is left out.
+    pub fn cast<T: bytemuck::Pod>(&self, readback: Readback) -> Vec<T> {
+        let bytes = self.bytes(readback);
+        let whole = bytes.len() - bytes.len() % size_of::<T>().max(1);
+        if size_of::<T>() == 0 { Vec::new() } else { bytemuck::pod_collect_to_vec(&bytes[..whole]) }
+    }
+}
+
+/// A frame on its way through the executor.
+struct Frame<'f> {
+    declaration: Declaration,
+    plan: Arc<Plan>,
+    work: Vec<Option<crate::graph::Work<'f>>>,
+    objects: Vec<crate::graph::Object>,
+    /// Per resource: the wgpu object, if a pass that runs uses it.
+    physical: Vec<Physical>,
+    readbacks: u32,
+}
+
+/// The wgpu object behind a resource.
+#[derive(Clone, Debug, Default)]
+enum Physical {
+    #[default]
+    None,
+    Texture(wgpu::Texture),
+    Buffer(wgpu::Buffer),
+}
+
+type Observer<'a> = Option<&'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>>;
+
+impl Executor {
+    /// An executor on the device of `gpu`.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self::from_device(gpu.device.clone(), gpu.queue.clone())
+    }
+
+    /// An executor on the caller's device. It replaces the device's lost-device callback.
+    pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        let source = TimingSource::best(&device);
+        Self {
+            gate: Gate::new(device, queue),
+            sharing: Sharing::default(),
+            timing: true,
+            source,
+            plans: plans::Plans::default(),
+            pool: pool::Pool::default(),
+            history: history::Histories::default(),
+            pipelines: pipelines::Pipelines::default(),
+            params: None,
+            frame: 0,
+            last_submission: None,
+        }
+    }
+
+    /// How transient resources share memory from the next frame on.
+    pub fn set_sharing(&mut self, sharing: Sharing) {
+        self.sharing = sharing;
+    }
+
+    /// Whether passes are timed; on at first. A timed frame ends by a wait for the GPU.
+    pub fn set_timing(&mut self, timing: bool) {
+        self.timing = timing;
+    }
+
+    /// Takes times from `source` in place of the best for this device. A source it cannot serve gives no times.
+    pub fn set_timing_source(&mut self, source: TimingSource) {
+        self.source = source.served_by(self.device());
+    }
+
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.gate.device
+    }
+
+    /// The queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.gate.queue
+    }
+
+    /// Forgets all history: every `previous` is zero in the next frame.
+    pub fn reset_history(&mut self) {
+        self.history.clear();
+    }
+
+    /// Plans the frame, or finds its plan, and runs it.
+    ///
+    /// # Errors
+    /// The declaration's mistakes, limits of the device, and what goes wrong on the GPU.
+    pub fn execute(&mut self, graph: Graph<'_>) -> Result<FrameOutput, GraphError> {
+        self.run(graph, None)
+    }
+
+    /// As [`Executor::execute`]; `observer` is called after every pass marked heavy and at the end of the frame, each
+    /// time with the GPU idle, and stops the frame by `Break`.
+    ///
+    /// # Errors
+    /// As [`Executor::execute`], and [`GraphError::Cancelled`]. A cancelled frame leaves all history as it was.
+    pub fn execute_observed(&mut self, graph: Graph<'_>, observer: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>) -> Result<FrameOutput, GraphError> {
+        self.run(graph, Some(observer))
+    }
+
+    fn run(&mut self, graph: Graph<'_>, observer: Observer<'_>) -> Result<FrameOutput, GraphError> {
+        self.gate.alive()?;
+        graph.check()?;
+        let started = Instant::now();
+        let options = PlanOptions { sharing: self.sharing };
+        let planned = self.plans.get(&graph.declaration, options)?;
+        let plan_us = started.elapsed().as_secs_f64() * 1e6;
+        let graph_id = graph.id;
+        let resources = graph.declaration.resources.len();
+        let mut frame = Frame {
+            declaration: graph.declaration,
+            plan: planned.plan,
+            work: graph.work.into_iter().map(Some).collect(),
+            objects: graph.objects,
+            physical: vec![Physical::None; resources],
+            readbacks: graph.readbacks,
+        };
+        limits::check(&self.gate.device, &frame)?;
+        self.frame += 1;
+        let held = self.held_bytes();
+        let gate = self.gate.clone();
+        gate.scoped("allocation", held, || self.allocate(&mut frame))?;
+        let source = if self.timing { self.source } else { TimingSource::None };
+        let mut run = gate.scoped(&format!("frame `{}`", frame.declaration.name), held, || self.encode(&mut frame, source, observer))?;
+        self.gate.alive()?;
+        self.history.commit(&frame);
+        let readbacks = std::mem::take(&mut run.readbacks);
+        self.pool.evict(self.frame);
+        self.pipelines.evict(self.frame);
+        Ok(FrameOutput {
+            passes: run.times,
+            culled: frame.plan.culled.clone(),
+            memory: frame.plan.memory,
+            live_bytes: frame.plan.live_bytes.clone(),
+            pool_objects: self.pool.objects(),
+            held_bytes: self.held_bytes(),
+            plan_us,
+            cached_plan: planned.cached,
+            plan_reason: planned.reason,
+            timing_source: source,
+            graph: graph_id,
+            readbacks,
+        })
+    }
+
+    fn held_bytes(&self) -> u64 {
+        self.pool.bytes().saturating_add(self.history.bytes())
+    }
+
+    /// Finds the object of every resource in use.
+    fn allocate(&mut self, frame: &mut Frame<'_>) -> Result<(), GraphError> {
+        let device = &self.gate.device;
+        self.pool.acquire(device, frame, self.frame);
+        self.history.acquire(device, frame);
+        for (index, object) in frame.objects.iter().enumerate() {
+            if frame.plan.lifetimes[index].is_some() {
+                match object {
+                    crate::graph::Object::Texture(texture) => frame.physical[index] = Physical::Texture(texture.clone()),
+                    crate::graph::Object::Buffer(buffer) => frame.physical[index] = Physical::Buffer(buffer.clone()),
+                    crate::graph::Object::None => {}
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Creates the object of a description, with the given wgpu usage bits.
+fn create(device: &wgpu::Device, label: &str, kind: &ResourceKind, usage: u32) -> Physical {
+    match kind {
+        ResourceKind::Texture(desc) => Physical::Texture(device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: desc.extent(),
+            mip_level_count: desc.mip_level_count,
+            sample_count: desc.sample_count,
+            dimension: desc.dimension,
+            format: desc.format,
+            usage: wgpu::TextureUsages::from_bits_truncate(usage),
+            view_formats: &desc.view_formats,
+        })),
+        ResourceKind::Buffer(desc) => Physical::Buffer(device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: desc.padded(),
+            usage: wgpu::BufferUsages::from_bits_truncate(usage),
+            mapped_at_creation: false,
+        })),
+    }
+}

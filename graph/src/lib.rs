@@ -1,0 +1,74 @@
+//! A declarative render graph on wgpu.
+//!
+//! A frame is declared by plain code, every frame. Passes name what they read and write; the graph checks that against the
+//! WGSL, leaves out what nothing needs, lets transient resources share memory, and runs the rest.
+//!
+//! ```text
+//!   Graph ──────────► Declaration ──────────► Plan ──────────► Executor
+//!   handles, passes   plain data,             pure function:   device: pipelines,
+//!   checked by naga   hashed, as JSON         cull, order,     pool, history, times,
+//!   against WGSL                              lifetimes, place readback
+//! ```
+//!
+//! Planning needs no device:
+//!
+//! ```
+//! use lightloom_graph::{BufferDesc, ComputeShader, Graph, PlanOptions};
+//!
+//! let double = ComputeShader::from_wgsl("double", "
+//!     @group(0) @binding(0) var<storage, read> source: array<f32>;
+//!     @group(0) @binding(1) var<storage, read_write> target_values: array<f32>;
+//!     @compute @workgroup_size(64) fn double(@builtin(global_invocation_id) id: vec3u) {
+//!         if id.x < arrayLength(&source) { target_values[id.x] = 2.0 * source[id.x]; }
+//!     }")?;
+//!
+//! let mut graph = Graph::new("example");
+//! let source = graph.import_buffer("source", BufferDesc::words(1000), None);
+//! let mut doubled = graph.buffer("doubled", BufferDesc::words(1000));
+//! graph.compute(&double).read("source", &source).write("target_values", &mut doubled).dispatch_1d(1000);
+//! graph.readback_buffer(&doubled);
+//!
+//! let plan = graph.plan(&PlanOptions::default())?;
+//! assert_eq!(plan.order.len(), 2);
+//! assert_eq!(plan.memory.unshared_bytes, 4000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+extern crate self as lightloom_graph;
+
+mod closure;
+mod declaration;
+mod dot;
+mod error;
+mod executor;
+mod format;
+mod frame;
+mod gpu;
+mod graph;
+mod handle;
+mod layout;
+mod pass;
+mod plan;
+mod raster;
+mod reflect;
+mod resource;
+mod shader;
+mod verify;
+mod wgsl;
+
+pub use bytemuck;
+pub use closure::ClosureContext;
+pub use declaration::{Access, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write};
+pub use dot::{to_dot, to_json};
+pub use error::{GraphError, PassPlace, ShaderError, ShaderPlace};
+pub use executor::{Executor, FrameOutput, PassTime, Progress, TimingSource};
+pub use gpu::{AdapterSummary, Gpu, GpuError, GpuRequest, adapters};
+pub use graph::{Graph, Readback};
+pub use handle::{Buffer, Handle, History, Resource, Texture};
+pub use layout::{Field, ShaderStruct, StructLayout};
+pub use pass::{ClosurePass, ComputePass, Load, RasterPass, Sampler};
+pub use plan::{Culled, Lifetime, Memory, Plan, PlanOptions, Sharing, Slot, plan};
+pub use resource::{BufferDesc, TextureDesc};
+pub use shader::{ComputeShader, RasterShader};
+pub use wgpu;
+pub use wgsl::{FlatWgsl, WgslSources};

@@ -1,0 +1,178 @@
+//! Gives transient resources their objects, and estimates what one shared heap would take.
+//!
+//! ```text
+//!   position   0 1 2 3 4          slot 0: a, then c (same description, lifetimes apart)
+//!   a          ■ ■                slot 1: b
+//!   b            ■ ■
+//!   c                ■ ■
+//! ```
+
+use super::{
+    Sharing,
+    lifetimes::{Lifetime, transient},
+};
+use crate::declaration::{Declaration, ResourceKind};
+use std::{
+    cmp::Reverse,
+    collections::{BinaryHeap, HashMap},
+};
+
+/// One object and the transient resources it holds in turn.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
+pub struct Slot {
+    /// Bytes.
+    pub bytes: u64,
+    /// Union of the wgpu usage bits.
+    pub usage: u32,
+    /// Resources, by time.
+    pub resources: Vec<usize>,
+}
+
+/// Resources with equal keys may share an object.
+fn key(declaration: &Declaration, resource: usize) -> (ResourceKind, u64) {
+    let resource = &declaration.resources[resource];
+    let mut kind = resource.kind.clone();
+    if let ResourceKind::Buffer(desc) = &mut kind {
+        // What lies in it does not matter to the memory.
+        desc.element = None;
+        desc.size = desc.padded();
+    }
+    (kind, resource.bytes)
+}
+
+/// Slots, and the slot of each resource. By first use, each resource takes a free object of its description: for equal
+/// descriptions that needs no more objects than are live at once.
+pub(super) fn pool(declaration: &Declaration, lifetimes: &[Option<Lifetime>], usages: &[u32], sharing: Sharing) -> (Vec<Slot>, Vec<Option<usize>>) {
+    let mut items: Vec<(usize, Lifetime)> = transient(declaration, lifetimes).collect();
+    items.sort_by_key(|(resource, lifetime)| (lifetime.first, *resource));
+    let mut slots: Vec<Slot> = Vec::new();
+    let mut slot_of = vec![None; declaration.resources.len()];
+    // By description: the slots, earliest end first.
+    let mut ends: HashMap<(ResourceKind, u64), BinaryHeap<Reverse<(usize, usize)>>> = HashMap::new();
+    for (resource, lifetime) in items {
+        let heap = ends.entry(key(declaration, resource)).or_default();
+        let slot = match heap.peek() {
+            Some(&Reverse((end, slot))) if end < lifetime.first && sharing == Sharing::Pool => {
+                heap.pop();
+                slot
+            }
+            _ => {
+                slots.push(Slot { bytes: declaration.resources[resource].bytes, usage: 0, resources: Vec::new() });
+                slots.len() - 1
+            }
+        };
+        heap.push(Reverse((lifetime.last, slot)));
+        slots[slot].usage |= usages[resource];
+        slots[slot].resources.push(resource);
+        slot_of[resource] = Some(slot);
+    }
+    (slots, slot_of)
+}
+
+/// Bytes of all slots.
+pub(super) fn total(slots: &[Slot]) -> u64 {
+    slots.iter().fold(0, |total, slot| total.saturating_add(slot.bytes))
+}
+
+/// Offsets are multiples of this (bytes): the largest alignment `WebGPU` asks of a buffer binding.
+const ALIGN: u64 = 256;
+
+/// Beyond this many resources only the order of time is tried, whose cost is resources × live resources.
+const SEARCH: usize = 2048;
+
+#[derive(Clone, Copy)]
+struct Block {
+    resource: usize,
+    lifetime: Lifetime,
+    bytes: u64,
+}
+
+/// Offsets in one heap and its size: first fit, in several orders, the smallest result.
+pub(super) fn heap(declaration: &Declaration, lifetimes: &[Option<Lifetime>], live_bytes: &[u64]) -> (Vec<Option<u64>>, u64) {
+    let by_time: Vec<Block> = {
+        let mut blocks: Vec<Block> = transient(declaration, lifetimes)
+            .map(|(resource, lifetime)| Block { resource, lifetime, bytes: declaration.resources[resource].bytes })
+            .collect();
+        blocks.sort_by_key(|block| (block.lifetime.first, Reverse(block.bytes), block.resource));
+        blocks
+    };
+    let mut best = first_fit_by_time(&by_time);
+    let bound = live_bytes.iter().copied().max().unwrap_or(0);
+    if by_time.len() <= SEARCH {
+        let orders: [fn(&Block) -> (u64, u64); 3] = [
+            |block| (block.bytes, block.lifetime.last as u64 - block.lifetime.first as u64),
+            |block| (block.bytes.saturating_mul(block.lifetime.last as u64 - block.lifetime.first as u64 + 1), block.bytes),
+            |block| (block.lifetime.last as u64 - block.lifetime.first as u64, block.bytes),
+        ];
+        for order in orders {
+            if best.1 == bound {
+                break;
+            }
+            let mut blocks = by_time.clone();
+            blocks.sort_by_key(|block| Reverse(order(block)));
+            let found = first_fit(&blocks);
+            if found.1 < best.1 {
+                best = found;
+            }
+        }
+    }
+    let mut offsets = vec![None; declaration.resources.len()];
+    for (block, offset) in best.0 {
+        offsets[block.resource] = Some(offset);
+    }
+    (offsets, best.1)
+}
+
+type Placed = (Vec<(Block, u64)>, u64);
+
+/// Each block at the lowest offset free over its whole life.
+fn first_fit(blocks: &[Block]) -> Placed {
+    let mut placed: Vec<(Block, u64)> = Vec::with_capacity(blocks.len());
+    let mut size = 0;
+    for &block in blocks {
+        let mut taken: Vec<(u64, u64)> = placed
+            .iter()
+            .filter(|(other, _)| other.lifetime.overlaps(block.lifetime))
+            .map(|(other, offset)| (*offset, offset.saturating_add(other.bytes)))
+            .collect();
+        taken.sort_unstable();
+        let offset = gap(&taken, block.bytes);
+        size = size.max(offset.saturating_add(block.bytes));
+        placed.push((block, offset));
+    }
+    (placed, size)
+}
+
+/// As [`first_fit`] for blocks sorted by their first use, where only blocks in use can be in the way.
+fn first_fit_by_time(blocks: &[Block]) -> Placed {
+    let mut placed = Vec::with_capacity(blocks.len());
+    let mut size = 0;
+    // Sorted by offset: (offset, end, last position).
+    let mut active: Vec<(u64, u64, usize)> = Vec::new();
+    let mut taken = Vec::new();
+    for &block in blocks {
+        active.retain(|(_, _, last)| *last >= block.lifetime.first);
+        taken.clear();
+        taken.extend(active.iter().map(|(offset, end, _)| (*offset, *end)));
+        let offset = gap(&taken, block.bytes);
+        let end = offset.saturating_add(block.bytes);
+        size = size.max(end);
+        let at = active.partition_point(|(other, ..)| *other < offset);
+        active.insert(at, (offset, end, block.lifetime.last));
+        placed.push((block, offset));
+    }
+    (placed, size)
+}
+
+/// The lowest aligned offset at which `bytes` lie clear of the sorted ranges `taken`.
+fn gap(taken: &[(u64, u64)], bytes: u64) -> u64 {
+    let mut offset = 0_u64;
+    for &(start, end) in taken {
+        if offset.saturating_add(bytes) <= start {
+            break;
+        }
+        offset = offset.max(end.checked_next_multiple_of(ALIGN).unwrap_or(u64::MAX));
+    }
+    offset
+}

@@ -1,0 +1,119 @@
+//! Refuses frames that cannot mean anything: what shows only over the whole frame.
+
+use crate::{
+    declaration::{Declaration, Origin},
+    error::GraphError,
+};
+use std::collections::HashMap;
+
+/// All mistakes of a declaration.
+pub(super) fn validate(declaration: &Declaration) -> Vec<GraphError> {
+    let mut errors = Vec::new();
+    unique("resource", declaration, declaration.resources.iter().map(|resource| resource.name.as_str()), &mut errors);
+    unique("pass", declaration, declaration.passes.iter().map(|pass| pass.name.as_str()), &mut errors);
+    for pass in &declaration.passes {
+        for access in &pass.accesses {
+            if access.resource >= declaration.resources.len() {
+                errors.push(GraphError::UnknownResource {
+                    frame: declaration.name.clone(),
+                    pass: pass.name.clone(),
+                    verb: if access.writes() { "writes" } else { "reads" },
+                    resource: format!("#{}", access.resource),
+                    hint: String::new(),
+                });
+            }
+        }
+    }
+    // The rest follows indices, so it needs them to be sound.
+    if errors.is_empty() {
+        stale(declaration, &mut errors);
+    }
+    errors
+}
+
+fn unique<'a>(what: &'static str, declaration: &Declaration, names: impl Iterator<Item = &'a str>, errors: &mut Vec<GraphError>) {
+    let mut seen = HashMap::new();
+    for (second, name) in names.enumerate() {
+        if let Some(&first) = seen.get(name) {
+            let (frame, name) = (declaration.name.clone(), name.to_owned());
+            errors.push(GraphError::DuplicateName { frame, what, name, first, second });
+        } else {
+            seen.insert(name, second);
+        }
+    }
+}
+
+/// Reads of what nothing wrote, and writes to a previous frame.
+fn stale(declaration: &Declaration, errors: &mut Vec<GraphError>) {
+    let mut written: Vec<bool> = declaration.resources.iter().map(|resource| resource.origin.has_contents()).collect();
+    let mut writers: Option<Vec<Vec<usize>>> = None;
+    for (index, pass) in declaration.passes.iter().enumerate() {
+        for access in &pass.accesses {
+            let resource = &declaration.resources[access.resource];
+            if access.writes() && resource.origin == Origin::Previous {
+                errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.clone() });
+            }
+            if !access.read || written[access.resource] {
+                continue;
+            }
+            let writers = writers.get_or_insert_with(|| all_writers(declaration));
+            let later = writers[access.resource].iter().copied().find(|&writer| writer > index);
+            if let Some(path) = later.and_then(|later| cycle(declaration, writers, index, access.resource, later)) {
+                errors.push(GraphError::Cycle { path });
+                continue;
+            }
+            let mend = match later {
+                Some(later) => format!("`{}` writes it later: record that first", declaration.passes[later].name),
+                None if resource.origin == Origin::Current => "write it first, or read the `previous` handle of the pair".to_owned(),
+                None => "write or clear it first (`clear_buffer`, `Load::Clear`), or keep it between frames as history".to_owned(),
+            };
+            errors.push(GraphError::StaleRead { at: pass.place(), resource: resource.name.clone(), how: access.binding.clone(), mend });
+        }
+        for access in pass.accesses.iter().filter(|access| access.writes()) {
+            written[access.resource] = true;
+        }
+    }
+}
+
+fn all_writers(declaration: &Declaration) -> Vec<Vec<usize>> {
+    let mut writers = vec![Vec::new(); declaration.resources.len()];
+    for (index, pass) in declaration.passes.iter().enumerate() {
+        for access in pass.accesses.iter().filter(|access| access.writes()) {
+            writers[access.resource].push(index);
+        }
+    }
+    writers
+}
+
+/// If the later writer itself needs what `reader` writes, the way round, in words.
+fn cycle(declaration: &Declaration, writers: &[Vec<usize>], reader: usize, resource: usize, later: usize) -> Option<String> {
+    let name = |pass: usize| &declaration.passes[pass].name;
+    let mut seen = vec![false; declaration.passes.len()];
+    // (pass, resource it is needed for, position of the pass that needs it)
+    let mut queue = vec![(later, resource, usize::MAX)];
+    seen[later] = true;
+    let mut next = 0;
+    while next < queue.len() {
+        let (pass, ..) = queue[next];
+        if pass == reader {
+            let mut steps = Vec::new();
+            let mut at = next;
+            while at != usize::MAX {
+                let (pass, resource, parent) = queue[at];
+                steps.push(format!("`{}` writes `{}` for", name(pass), declaration.resources[resource].name));
+                at = parent;
+            }
+            return Some(format!("{} `{}`", steps.join(" "), name(reader)));
+        }
+        for access in declaration.passes[pass].accesses.iter().filter(|access| access.read) {
+            for &writer in &writers[access.resource] {
+                if writer != pass && !seen[writer] {
+                    seen[writer] = true;
+                    queue.push((writer, access.resource, next));
+                }
+            }
+        }
+        next += 1;
+    }
+    None
+}

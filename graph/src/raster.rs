@@ -1,0 +1,154 @@
+//! Attachments of a raster pass, compared with the fragment stage's outputs.
+
+use crate::{
+    Graph, Handle, Load, RasterShader, TextureDesc,
+    declaration::{Access, ResourceKind, Write},
+    error::{GraphError, PassPlace, names},
+    handle::Texture,
+    reflect::Output,
+};
+use wgpu::TextureSampleType as S;
+
+/// One `.color` or `.depth` call.
+#[derive(Debug)]
+pub(crate) struct Attach {
+    name: String,
+    resource: usize,
+    graph: u64,
+    texture: String,
+    load: Load,
+}
+
+impl Attach {
+    pub(crate) fn new(name: &str, texture: &Handle<Texture>, load: Load) -> Self {
+        Self { name: name.to_owned(), resource: texture.index, graph: texture.graph, texture: texture.name.to_string(), load }
+    }
+}
+
+/// What a raster pass draws into.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Targets {
+    /// By location; a gap is a location the shader does not write.
+    pub(crate) colors: Vec<Option<(usize, wgpu::LoadOp<wgpu::Color>)>>,
+    pub(crate) depth: Option<(usize, wgpu::LoadOp<f32>)>,
+    pub(crate) samples: u32,
+}
+
+/// Checks the attachments; adds their accesses and any errors.
+pub(crate) fn targets(
+    graph: &Graph<'_>,
+    shader: &RasterShader,
+    colors: &[Attach],
+    depth: Option<&Attach>,
+    at: &PassPlace,
+    accesses: &mut Vec<Access>,
+    errors: &mut Vec<GraphError>,
+) -> Targets {
+    let locations = shader.outputs.iter().map(|output| output.location as usize + 1).max().unwrap_or(0);
+    let mut targets = Targets { colors: vec![None; locations], depth: None, samples: 1 };
+    let mut sized: Option<(&str, &TextureDesc)> = None;
+    for attach in colors.iter().chain(depth) {
+        if attach.graph != graph.id {
+            errors.push(GraphError::ForeignHandle { at: at.clone(), resource: attach.texture.clone() });
+            continue;
+        }
+        let ResourceKind::Texture(desc) = &graph.declaration.resources[attach.resource].kind else { continue };
+        let is_depth = depth.is_some_and(|depth| std::ptr::eq(depth, attach));
+        let refuse = |message: String| GraphError::Attachment {
+            at: at.clone(),
+            attachment: attach.name.clone(),
+            resource: attach.texture.clone(),
+            format: crate::format::name(desc.format),
+            message,
+        };
+        if desc.size[2] != 1 || desc.mip_level_count != 1 {
+            errors.push(refuse("it has several layers or mips; attach a texture with one of each".to_owned()));
+        }
+        match sized {
+            Some((first, other)) if (other.size, other.sample_count) != (desc.size, desc.sample_count) => {
+                let (first, second) = (first.to_owned(), attach.texture.clone());
+                errors.push(GraphError::AttachmentSize { at: at.clone(), first, first_size: other.to_string(), second, second_size: desc.to_string() });
+            }
+            Some(_) => {}
+            None => {
+                sized = Some((&attach.texture, desc));
+                targets.samples = desc.sample_count;
+            }
+        }
+        let keeps = matches!(attach.load, Load::Keep);
+        if is_depth {
+            match depth_load(desc, attach.load) {
+                Ok(load) => targets.depth = Some((attach.resource, load)),
+                Err(message) => errors.push(refuse(message)),
+            }
+        } else {
+            let Some(output) = shader.outputs.iter().find(|output| output.name == attach.name) else {
+                errors.push(GraphError::UnknownAttachment {
+                    at: at.clone(),
+                    attachment: attach.name.clone(),
+                    shader: shader.core.source.flat.root(),
+                    known: names(shader.outputs.iter().map(|output| output.name.as_str())),
+                });
+                continue;
+            };
+            match color_load(desc, attach.load, output, shader.blend.is_some()) {
+                Err(message) => errors.push(refuse(message)),
+                Ok(_) if targets.colors[output.location as usize].is_some() => errors.push(refuse("this output already has a texture; remove one".to_owned())),
+                Ok(load) => targets.colors[output.location as usize] = Some((attach.resource, load)),
+            }
+        }
+        accesses.push(Access {
+            resource: attach.resource,
+            binding: attach.name.clone(),
+            read: keeps,
+            write: if keeps { Write::Keep } else { Write::Overwrite },
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT.bits(),
+        });
+    }
+    for output in shader.outputs.iter() {
+        if !colors.iter().any(|attach| attach.name == output.name) {
+            errors.push(GraphError::MissingAttachment { at: at.clone(), attachment: output.name.clone(), shader: shader.core.source.flat.root() });
+        }
+    }
+    if colors.is_empty() && depth.is_none() && shader.outputs.is_empty() {
+        errors.push(GraphError::NoAttachment { at: at.clone() });
+    }
+    if shader.writes_depth && depth.is_none() {
+        errors.push(GraphError::MissingAttachment { at: at.clone(), attachment: "depth".to_owned(), shader: shader.core.source.flat.root() });
+    }
+    targets
+}
+
+fn depth_load(desc: &TextureDesc, load: Load) -> Result<wgpu::LoadOp<f32>, String> {
+    if !desc.format.has_depth_aspect() {
+        return Err("it is no depth format; use depth32float".to_owned());
+    }
+    match load {
+        Load::ClearDepth(depth) if (0.0..=1.0).contains(&depth) => Ok(wgpu::LoadOp::Clear(depth)),
+        Load::ClearDepth(depth) => Err(format!("clear depth {depth} is outside 0…1")),
+        Load::Keep => Ok(wgpu::LoadOp::Load),
+        Load::Clear(_) => Err("a depth attachment clears with `Load::ClearDepth(1.0)`".to_owned()),
+    }
+}
+
+fn color_load(desc: &TextureDesc, load: Load, output: &Output, blends: bool) -> Result<wgpu::LoadOp<wgpu::Color>, String> {
+    if !desc.format.has_color_aspect() {
+        return Err("it is a depth format; attach it with `.depth(…)`".to_owned());
+    }
+    let given = desc.format.sample_type(None, None);
+    let fits = matches!((output.sample, given), (S::Float { .. }, Some(S::Float { .. })) | (S::Uint, Some(S::Uint)) | (S::Sint, Some(S::Sint)));
+    if !fits {
+        return Err("the fragment stage writes another kind of value (f32, u32 or i32); make format and WGSL type agree".to_owned());
+    }
+    if output.components < desc.format.components() {
+        return Err(format!("the fragment stage writes {} components and the format has {}; write them all", output.components, desc.format.components()));
+    }
+    if blends && given != Some(S::Float { filterable: true }) {
+        return Err("the shader blends, which this format does not do everywhere; use a 16-bit float or unorm format".to_owned());
+    }
+    match load {
+        Load::Clear([r, g, b, a]) => Ok(wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a })),
+        Load::Keep => Ok(wgpu::LoadOp::Load),
+        Load::ClearDepth(_) => Err("a colour attachment clears with `Load::Clear([r, g, b, a])`".to_owned()),
+    }
+}

@@ -1,0 +1,401 @@
+//! Compares what a pass declares with what its shader does.
+
+use crate::{
+    BufferDesc, Graph, Handle, Resource, TextureDesc,
+    declaration::{Access, ResourceKind, Write},
+    error::{GraphError, PassPlace, did_you_mean, names},
+    layout::StructLayout,
+    pass::{Calls, Sampler},
+    reflect::{self, Binding, BindingKind, Element, StructShape},
+    shader::ShaderCore,
+};
+use std::panic::Location;
+use wgpu::TextureViewDimension as View;
+
+/// One `.read`, `.write` or `.sampler` call.
+#[derive(Debug)]
+pub(crate) struct Call {
+    binding: String,
+    target: Target,
+    location: &'static Location<'static>,
+}
+
+#[derive(Debug)]
+enum Target {
+    Resource { index: usize, graph: u64, name: String, write: bool, view_format: Option<wgpu::TextureFormat> },
+    Sampler(Sampler),
+}
+
+impl Call {
+    #[track_caller]
+    pub(crate) fn new<T: Resource>(binding: &str, handle: &Handle<T>, write: bool, view_format: Option<wgpu::TextureFormat>) -> Self {
+        let target = Target::Resource { index: handle.index, graph: handle.graph, name: handle.name.to_string(), write, view_format };
+        Self { binding: binding.to_owned(), target, location: Location::caller() }
+    }
+
+    #[track_caller]
+    pub(crate) fn sampler(binding: &str, sampler: Sampler) -> Self {
+        Self { binding: binding.to_owned(), target: Target::Sampler(sampler), location: Location::caller() }
+    }
+
+    fn resource_name(&self) -> &str {
+        match &self.target {
+            Target::Resource { name, .. } => name,
+            Target::Sampler(_) => "sampler",
+        }
+    }
+}
+
+/// The contents of the uniform `params`.
+#[derive(Debug)]
+pub(crate) struct Params {
+    pub(crate) layout: StructLayout,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// What is bound to the shader's binding of the same position in its list.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Bound {
+    Params,
+    Buffer { resource: usize },
+    Texture { resource: usize, format: wgpu::TextureFormat },
+    Sampler(Sampler),
+}
+
+const PARAMS: &str = "params";
+
+/// Checks all bindings of a pass. Returns one [`Bound`] per binding of the shader, and the pass's accesses.
+pub(crate) fn bindings(graph: &Graph<'_>, core: &ShaderCore, calls: &Calls, at: &PassPlace) -> Result<(Vec<Bound>, Vec<Access>), Vec<GraphError>> {
+    let mut errors = Vec::new();
+    let mut bound: Vec<Option<Bound>> = vec![None; core.bindings.len()];
+    let mut first: Vec<Option<&str>> = vec![None; core.bindings.len()];
+    let mut accesses = Vec::new();
+    let find = |name: &str| core.bindings.iter().position(|binding| binding.name == name);
+    if let Some(params) = &calls.params {
+        match find(PARAMS) {
+            Some(index) => {
+                check_params(params, &core.bindings[index], at, &mut errors);
+                bound[index] = Some(Bound::Params);
+                first[index] = Some("the argument of `.params`");
+            }
+            None if core.unused.iter().any(|name| name == PARAMS) => {}
+            None => errors.push(unknown(core, PARAMS, at)),
+        }
+    }
+    for call in &calls.calls {
+        let at = PassPlace { pass: at.pass.clone(), rust: crate::declaration::rust_place(Some(call.location)) };
+        let Some(index) = find(&call.binding) else {
+            match (&call.target, core.unused.contains(&call.binding)) {
+                // The module declares it, this entry point leaves it alone: nothing to bind, and no dependency.
+                (Target::Resource { write: false, .. } | Target::Sampler(_), true) => {}
+                (_, true) => errors.push(GraphError::WriteIsNotWritten {
+                    at,
+                    binding: call.binding.clone(),
+                    resource: call.resource_name().to_owned(),
+                    shader: core.source.flat.root(),
+                }),
+                _ => errors.push(unknown(core, &call.binding, &at)),
+            }
+            continue;
+        };
+        if let Some(first) = first[index] {
+            let (first, second) = (first.to_owned(), call.resource_name().to_owned());
+            errors.push(GraphError::BoundTwice { at, binding: call.binding.clone(), first, second });
+            continue;
+        }
+        first[index] = Some(call.resource_name());
+        let check = Check { graph, binding: &core.bindings[index], at: &at };
+        match check.call(call) {
+            Ok((one, access)) => {
+                bound[index] = Some(one);
+                accesses.extend(access);
+            }
+            Err(error) => errors.push(error),
+        }
+    }
+    for (index, binding) in core.bindings.iter().enumerate() {
+        if first[index].is_none() {
+            errors.push(GraphError::Unbound {
+                at: at.clone(),
+                binding: binding.name.clone(),
+                shader: binding.place.clone(),
+                kind: binding.describe(),
+                mend: binding.mend(),
+            });
+        }
+    }
+    conflicts(graph, &accesses, at, &mut errors);
+    if errors.is_empty() { Ok((bound.into_iter().flatten().collect(), accesses)) } else { Err(errors) }
+}
+
+fn unknown(core: &ShaderCore, binding: &str, at: &PassPlace) -> GraphError {
+    let known = || core.bindings.iter().map(|binding| binding.name.as_str());
+    let hint = did_you_mean(binding, known());
+    GraphError::UnknownBinding { at: at.clone(), binding: binding.to_owned(), shader: core.source.flat.root(), known: names(known()), hint }
+}
+
+/// A resource that one access of a pass writes may have no other access in it.
+pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: &PassPlace, errors: &mut Vec<GraphError>) {
+    let mut sorted: Vec<&Access> = accesses.iter().collect();
+    sorted.sort_by_key(|access| access.resource);
+    for group in sorted.chunk_by(|a, b| a.resource == b.resource) {
+        if let [first, second, ..] = group
+            && group.iter().any(|access| access.writes())
+        {
+            errors.push(GraphError::WriteConflict {
+                at: at.clone(),
+                resource: graph.declaration.resources[first.resource].name.clone(),
+                first: first.binding.clone(),
+                second: second.binding.clone(),
+            });
+        }
+    }
+}
+
+struct Check<'a> {
+    graph: &'a Graph<'a>,
+    binding: &'a Binding,
+    at: &'a PassPlace,
+}
+
+impl Check<'_> {
+    fn call(&self, call: &Call) -> Result<(Bound, Option<Access>), GraphError> {
+        match &call.target {
+            Target::Sampler(sampler) => match self.binding.kind {
+                BindingKind::Sampler => Ok((Bound::Sampler(*sampler), None)),
+                _ => Err(self.wrong_kind("a sampler", "a sampler")),
+            },
+            Target::Resource { index, graph, name, write, view_format } => {
+                if *graph != self.graph.id {
+                    return Err(GraphError::ForeignHandle { at: self.at.clone(), resource: name.clone() });
+                }
+                if *write && !self.binding.writes {
+                    return Err(GraphError::WriteIsNotWritten {
+                        at: self.at.clone(),
+                        binding: self.binding.name.clone(),
+                        resource: name.clone(),
+                        shader: self.binding.place.clone(),
+                    });
+                }
+                if !*write && self.binding.writes {
+                    return Err(GraphError::ReadIsWritten {
+                        at: self.at.clone(),
+                        binding: self.binding.name.clone(),
+                        resource: name.clone(),
+                        shader: self.binding.place.clone(),
+                    });
+                }
+                let (bound, usage) = match &self.graph.declaration.resources[*index].kind {
+                    ResourceKind::Buffer(desc) => (Bound::Buffer { resource: *index }, self.buffer(name, desc)?),
+                    ResourceKind::Texture(desc) => {
+                        let format = view_format.unwrap_or(desc.format);
+                        (Bound::Texture { resource: *index, format }, self.texture(name, desc, format)?)
+                    }
+                };
+                let write = if self.binding.writes { Write::Keep } else { Write::No };
+                Ok((bound, Some(Access { resource: *index, binding: self.binding.name.clone(), read: self.binding.reads, write, usage })))
+            }
+        }
+    }
+
+    fn wrong_kind(&self, resource: &str, given: &str) -> GraphError {
+        let mend = match self.binding.kind {
+            BindingKind::Uniform { .. } if self.binding.name == PARAMS => "its contents by `.params(&…)`",
+            BindingKind::Uniform { .. } | BindingKind::Storage { .. } => "a buffer, or change the WGSL",
+            BindingKind::Texture { .. } | BindingKind::StorageTexture { .. } => "a texture, or change the WGSL",
+            BindingKind::Sampler => "a sampler by `.sampler(…)`",
+        };
+        GraphError::Kind {
+            at: self.at.clone(),
+            binding: self.binding.name.clone(),
+            shader: self.binding.place.clone(),
+            expected: self.binding.describe(),
+            resource: resource.to_owned(),
+            given: given.to_owned(),
+            mend: mend.to_owned(),
+        }
+    }
+
+    fn buffer(&self, name: &str, desc: &BufferDesc) -> Result<u32, GraphError> {
+        let (size, element, usage) = match &self.binding.kind {
+            BindingKind::Uniform { size, element } => (*size, element, wgpu::BufferUsages::UNIFORM),
+            BindingKind::Storage { size, element, .. } => (*size, element, wgpu::BufferUsages::STORAGE),
+            _ => return Err(self.wrong_kind(name, "a buffer")),
+        };
+        if let Some(layout) = &desc.element {
+            compare(layout, element, self.binding, self.at)?;
+        }
+        if desc.padded() < size {
+            return Err(GraphError::BufferTooSmall {
+                at: self.at.clone(),
+                binding: self.binding.name.clone(),
+                shader: self.binding.place.clone(),
+                needed: size,
+                resource: name.to_owned(),
+                given: desc.padded(),
+            });
+        }
+        Ok(usage.bits())
+    }
+
+    fn texture(&self, name: &str, desc: &TextureDesc, format: wgpu::TextureFormat) -> Result<u32, GraphError> {
+        let format_name = crate::format::name;
+        if format != desc.format && !desc.view_formats.contains(&format) {
+            let (format, asked) = (format_name(desc.format), format_name(format));
+            return Err(GraphError::ViewFormat { at: self.at.clone(), resource: name.to_owned(), format, asked });
+        }
+        match self.binding.kind {
+            BindingKind::Texture { sample, view, multisampled } => {
+                self.shape(name, desc, view, multisampled)?;
+                self.sample(name, format, sample, view, multisampled)?;
+                Ok(wgpu::TextureUsages::TEXTURE_BINDING.bits())
+            }
+            BindingKind::StorageTexture { format: expected, view, access } => {
+                if expected != format {
+                    return Err(GraphError::StorageFormat {
+                        at: self.at.clone(),
+                        binding: self.binding.name.clone(),
+                        shader: self.binding.place.clone(),
+                        expected: format_name(expected),
+                        resource: name.to_owned(),
+                        given: format_name(format),
+                    });
+                }
+                self.shape(name, desc, view, false)?;
+                let atomic = access == wgpu::StorageTextureAccess::Atomic;
+                Ok(if atomic { wgpu::TextureUsages::STORAGE_ATOMIC } else { wgpu::TextureUsages::STORAGE_BINDING }.bits())
+            }
+            _ => Err(self.wrong_kind(name, "a texture")),
+        }
+    }
+
+    fn shape(&self, name: &str, desc: &TextureDesc, view: View, multisampled: bool) -> Result<(), GraphError> {
+        let three_d = desc.dimension == wgpu::TextureDimension::D3;
+        let layers = desc.size[2];
+        let fits = match view {
+            View::D1 => false,
+            View::D2 => !three_d && layers == 1,
+            View::D2Array => !three_d,
+            View::Cube => !three_d && layers == 6,
+            View::CubeArray => !three_d && layers.is_multiple_of(6),
+            View::D3 => three_d,
+        };
+        let mend = if !fits {
+            if view == View::D2 && !three_d { "declare a texture_2d_array in WGSL, or one layer in Rust" } else { "change the size in Rust or the type in WGSL" }
+        } else if multisampled != (desc.sample_count > 1) {
+            "give both the same number of samples, or use the multisampled type in WGSL"
+        } else {
+            return Ok(());
+        };
+        let multi = if multisampled { "multisampled " } else { "" };
+        Err(GraphError::TextureShape {
+            at: self.at.clone(),
+            binding: self.binding.name.clone(),
+            shader: self.binding.place.clone(),
+            expected: format!("{multi}{}", reflect::view_name(view)),
+            resource: name.to_owned(),
+            given: desc.to_string(),
+            mend: mend.to_owned(),
+        })
+    }
+
+    fn sample(&self, name: &str, format: wgpu::TextureFormat, expected: wgpu::TextureSampleType, view: View, multisampled: bool) -> Result<(), GraphError> {
+        use wgpu::TextureSampleType as S;
+        let aspect = if format.has_depth_aspect() { Some(wgpu::TextureAspect::DepthOnly) } else { None };
+        let given = format.sample_type(aspect, None);
+        let fits = match (expected, given) {
+            (S::Float { filterable: true }, Some(S::Float { filterable: false })) => {
+                return Err(GraphError::NotFilterable {
+                    at: self.at.clone(),
+                    binding: self.binding.name.clone(),
+                    shader: self.binding.place.clone(),
+                    resource: name.to_owned(),
+                    format: crate::format::name(format),
+                });
+            }
+            (S::Float { .. }, Some(S::Float { .. })) | (S::Uint, Some(S::Uint)) | (S::Sint, Some(S::Sint)) | (S::Depth, Some(S::Depth)) => true,
+            _ => false,
+        };
+        if fits {
+            return Ok(());
+        }
+        let kind = match given {
+            Some(S::Uint) => "u32",
+            Some(S::Sint) => "i32",
+            Some(S::Depth) => "depth",
+            _ => "f32",
+        };
+        Err(GraphError::SampleKind {
+            at: self.at.clone(),
+            binding: self.binding.name.clone(),
+            shader: self.binding.place.clone(),
+            expected: self.binding.describe(),
+            resource: name.to_owned(),
+            format: crate::format::name(format),
+            given: kind.to_owned(),
+            mend: reflect::texture_type(given.unwrap_or(S::Float { filterable: false }), view, multisampled),
+        })
+    }
+}
+
+fn check_params(params: &Params, binding: &Binding, at: &PassPlace, errors: &mut Vec<GraphError>) {
+    let BindingKind::Uniform { element, .. } = &binding.kind else {
+        errors.push(GraphError::Kind {
+            at: at.clone(),
+            binding: PARAMS.to_owned(),
+            shader: binding.place.clone(),
+            expected: binding.describe(),
+            resource: params.layout.name.to_owned(),
+            given: "the argument of `.params`".to_owned(),
+            mend: "`var<uniform> params` in the WGSL".to_owned(),
+        });
+        return;
+    };
+    errors.extend(compare(&params.layout, element, binding, at).err());
+}
+
+/// The first difference between a Rust layout and a WGSL element.
+fn compare(layout: &StructLayout, element: &Element, binding: &Binding, at: &PassPlace) -> Result<(), GraphError> {
+    let (wgsl_struct, difference) = match element {
+        // No Rust struct can describe a runtime-sized tail; such a buffer is declared in bytes or words.
+        Element::Tail(name) => (name.clone(), Some("the WGSL struct ends in a runtime-sized array; describe the buffer with BufferDesc::bytes".to_owned())),
+        Element::Plain(name) => (name.clone(), Some(format!("the WGSL elements are `{name}`, no struct; describe the buffer with BufferDesc::words, or change the WGSL"))),
+        Element::Struct(shape) => (shape.name.clone(), difference(layout, shape)),
+    };
+    let Some(difference) = difference else { return Ok(()) };
+    Err(GraphError::Layout {
+        at: at.clone(),
+        binding: binding.name.clone(),
+        shader: binding.place.clone(),
+        rust_struct: layout.name.to_owned(),
+        wgsl_struct,
+        difference,
+    })
+}
+
+fn difference(layout: &StructLayout, shape: &StructShape) -> Option<String> {
+    let padding = |name: &str| name.starts_with("pad") || name.starts_with("_pad");
+    for field in layout.fields.iter().filter(|field| !padding(field.name)) {
+        let Some(other) = shape.fields.iter().find(|other| other.name == field.name) else {
+            let hint = did_you_mean(field.name, shape.fields.iter().map(|field| field.name.as_str()));
+            return Some(format!("WGSL has no field `{}`{hint}; add it, or call the Rust field `pad…`", field.name));
+        };
+        if other.offset != field.offset {
+            return Some(format!(
+                "field `{}` lies at byte {} in Rust and {} in WGSL; put explicit padding before it (WGSL aligns vec3 and vec4 to 16)",
+                field.name, field.offset, other.offset
+            ));
+        }
+        if other.size != field.size {
+            return Some(format!("field `{}` takes {} bytes in Rust and {} in WGSL; make the types the same", field.name, field.size, other.size));
+        }
+    }
+    for other in shape.fields.iter().filter(|field| !padding(&field.name)) {
+        if !layout.fields.iter().any(|field| field.name == other.name) {
+            return Some(format!("Rust has no field `{}` (byte {}, {} bytes); add it", other.name, other.offset, other.size));
+        }
+    }
+    (layout.size != shape.size).then(|| {
+        format!("the struct takes {} bytes in Rust and {} in WGSL; pad the shorter (WGSL rounds up to the alignment)", layout.size, shape.size)
+    })
+}

@@ -1,0 +1,191 @@
+//! WGSL files with textual, once-only `#import`.
+//!
+//! ```text
+//!   passes/a.wgsl                      flattened
+//!     #import "shared/rng.wgsl"   →      (text of shared/rng.wgsl, once)
+//!     fn a() { … }                       fn a() { … }
+//! ```
+//!
+//! Imports are hoisted to where they stand the first time a file is met; a second import of a file, however deep, adds
+//! nothing. Every line keeps its origin, so errors point into the file a person edits. A textual scheme, not a
+//! module system: names are global, as in WGSL itself, and the flattened text is plain WGSL for any tool.
+
+use crate::error::{ShaderError, ShaderPlace, names};
+use std::{collections::BTreeMap, collections::HashSet, sync::Arc};
+
+/// A set of WGSL files by path.
+#[derive(Clone, Debug, Default)]
+pub struct WgslSources {
+    files: BTreeMap<String, Arc<str>>,
+}
+
+impl WgslSources {
+    /// An empty set.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The set with `files` added: `(path from the root, text)`. A path met again takes the new text.
+    pub fn with(mut self, files: &[(&str, &str)]) -> Self {
+        self.files.extend(files.iter().map(|(path, text)| ((*path).to_owned(), Arc::from(*text))));
+        self
+    }
+
+    /// All paths, sorted.
+    pub fn paths(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// The file at `path` with every import replaced by the imported text.
+    ///
+    /// # Errors
+    /// If the file or an import of it does not exist, or a line starts with `#` and is no import.
+    pub fn flatten(&self, path: &str) -> Result<FlatWgsl, ShaderError> {
+        if !self.files.contains_key(path) {
+            return Err(ShaderError::UnknownFile { path: path.to_owned(), known: names(self.paths()) });
+        }
+        let mut flat = FlatWgsl::default();
+        self.append(path, &mut flat, &mut HashSet::new())?;
+        Ok(flat)
+    }
+
+    /// Appends `path` and what it imports, depth first, on an explicit stack: import chains may be long.
+    fn append(&self, path: &str, flat: &mut FlatWgsl, seen: &mut HashSet<String>) -> Result<(), ShaderError> {
+        let mut stack: Vec<(u32, std::iter::Enumerate<std::str::Lines<'_>>)> = Vec::new();
+        if let Some(text) = self.files.get(path) {
+            seen.insert(path.to_owned());
+            stack.push((flat.file(path), text.lines().enumerate()));
+        }
+        while let Some((file, lines)) = stack.last_mut() {
+            let file = *file;
+            let Some((index, line)) = lines.next() else {
+                stack.pop();
+                continue;
+            };
+            let number = index as u32 + 1;
+            if !line.trim_start().starts_with('#') {
+                flat.push(file, number, line);
+                continue;
+            }
+            let place = || ShaderPlace { file: flat.files[file as usize].clone(), line: number };
+            let Some(import) = import_path(line) else {
+                return Err(ShaderError::Directive { place: place(), line: line.trim().to_owned() });
+            };
+            let Some(text) = self.files.get(import) else {
+                return Err(ShaderError::UnknownImport { place: place(), path: import.to_owned() });
+            };
+            if seen.insert(import.to_owned()) {
+                let file = flat.file(import);
+                stack.push((file, text.lines().enumerate()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The path of `#import "path"`, with an optional comment behind it.
+fn import_path(line: &str) -> Option<&str> {
+    let rest = line.trim().strip_prefix("#import")?.trim_start().strip_prefix('"')?;
+    let (path, tail) = rest.split_once('"')?;
+    let tail = tail.trim().trim_start_matches(';').trim_start();
+    (!path.is_empty() && (tail.is_empty() || tail.starts_with("//"))).then_some(path)
+}
+
+/// Flattened WGSL that remembers where each line came from.
+#[derive(Clone, Debug, Default)]
+pub struct FlatWgsl {
+    source: String,
+    files: Vec<String>,
+    lines: Vec<(u32, u32)>,
+}
+
+impl FlatWgsl {
+    /// A single text with no imports; `label` stands for the file.
+    pub(crate) fn single(label: &str, source: &str) -> Self {
+        let mut flat = Self::default();
+        let file = flat.file(label);
+        for (index, line) in source.lines().enumerate() {
+            flat.push(file, index as u32 + 1, line);
+        }
+        flat
+    }
+
+    fn file(&mut self, path: &str) -> u32 {
+        self.files.push(path.to_owned());
+        self.files.len() as u32 - 1
+    }
+
+    fn push(&mut self, file: u32, line: u32, text: &str) {
+        self.source.push_str(text);
+        self.source.push('\n');
+        self.lines.push((file, line));
+    }
+
+    /// The flattened text.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// File and line (from 1) of the flattened text's line `line` (from 1). Past the end: the last line.
+    pub fn locate(&self, line: u32) -> (&str, u32) {
+        let index = (line.max(1) as usize - 1).min(self.lines.len().saturating_sub(1));
+        match self.lines.get(index) {
+            Some(&(file, line)) => (self.files.get(file as usize).map_or("", String::as_str), line),
+            None => (self.files.first().map_or("", String::as_str), 0),
+        }
+    }
+
+    pub(crate) fn place(&self, span: naga::Span) -> ShaderPlace {
+        if !span.is_defined() {
+            return self.root();
+        }
+        let (file, line) = self.locate(span.location(&self.source).line_number);
+        ShaderPlace { file: file.to_owned(), line }
+    }
+
+    pub(crate) fn root(&self) -> ShaderPlace {
+        ShaderPlace { file: self.files.first().cloned().unwrap_or_default(), line: 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sources() -> WgslSources {
+        WgslSources::new().with(&[
+            ("a.wgsl", "// a\n#import \"s/b.wgsl\"\n  #import \"s/c.wgsl\" // twice by way of b\nfn a() {}"),
+            ("s/b.wgsl", "#import \"s/c.wgsl\"\n#import \"a.wgsl\"\nfn b() {}"),
+            ("s/c.wgsl", "fn c() {}\n"),
+            ("bad.wgsl", "fn x() {}\n#import \"nowhere.wgsl\""),
+            ("worse.wgsl", "#define X"),
+        ])
+    }
+
+    #[test]
+    fn imports_are_textual_and_once_only() {
+        let flat = sources().flatten("a.wgsl").unwrap();
+        assert_eq!(flat.source(), "// a\nfn c() {}\nfn b() {}\nfn a() {}\n");
+        assert_eq!(flat.locate(1), ("a.wgsl", 1));
+        assert_eq!(flat.locate(2), ("s/c.wgsl", 1));
+        assert_eq!(flat.locate(3), ("s/b.wgsl", 3));
+        assert_eq!(flat.locate(4), ("a.wgsl", 4));
+        assert_eq!(flat.locate(99), ("a.wgsl", 4), "past the end is the last line");
+    }
+
+    #[test]
+    fn missing_files_and_odd_directives_are_named() {
+        let error = sources().flatten("bad.wgsl").unwrap_err().to_string();
+        assert!(error.starts_with("bad.wgsl:2: `#import \"nowhere.wgsl\"`"), "{error}");
+        let error = sources().flatten("none.wgsl").unwrap_err().to_string();
+        assert!(error.contains("`none.wgsl`") && error.contains("`s/b.wgsl`"), "{error}");
+        let error = sources().flatten("worse.wgsl").unwrap_err().to_string();
+        assert!(error.starts_with("worse.wgsl:1: cannot read `#define X`"), "{error}");
+    }
+
+    #[test]
+    fn an_empty_file_has_a_place() {
+        let flat = FlatWgsl::single("empty", "");
+        assert_eq!(flat.locate(1), ("empty", 0));
+    }
+}
