@@ -62,24 +62,28 @@ pub fn cornell() -> Scene {
 /// The room of [`cornell`] with a clear glass sphere (radius 0.36 m, ior 1.5) and a polished ring
 /// (radius 0.42 m, height 0.22 m) on the floor, lit by a point light of I = (9, 8.2, 6.8) W·sr⁻¹, flux
 /// 4πI = (113.1, 103.0, 85.5) W. The sphere focuses a bright spot, the ring draws the cusp of a caustic.
+/// Camera `main` looks down on both; `fill` and `classic` are those of the room.
 pub fn caustics() -> Scene {
     let mut scene = room("caustics");
     scene.materials.push(Material::glass("glass", 1.5, 0.72));
     scene.materials.push(Material::metal("polished brass", Vec3::new(0.95, 0.79, 0.49), 0.0));
-    let at = Vec3::new(-0.42, 0.37, -0.3);
+    let at = Vec3::new(0.44, 0.42, -0.3);
     let sphere = placed(icosphere(5, THIRD), Mat4::from_scale_rotation_translation(Vec3::splat(0.36), Quat::IDENTITY, at));
     scene.triangles.extend(sphere);
     // A ring has an inner and an outer wall and a rim, so that it looks solid.
     let (inner, outer, height) = (0.42, 0.435, 0.22);
-    let ring_at = Mat4::from_translation(Vec3::new(0.36, 0.001, 0.28));
+    let ring_at = Mat4::from_translation(Vec3::new(-0.34, 0.001, 0.05));
     let wall = |radius: f32| sized(band(192, FOURTH), Vec3::new(radius, height, radius));
     scene.triangles.extend(placed(inverted(wall(inner)), ring_at));
     scene.triangles.extend(placed(wall(outer), ring_at));
     scene.triangles.extend(placed(rim(192, inner, outer, height, FOURTH), ring_at));
     scene.lights.push(Light::Point {
-        position_world: Vec3::new(-0.25, 1.72, 0.45),
+        position_world: Vec3::new(-0.62, 0.86, 0.98),
         intensity: Vec3::new(9.0, 8.2, 6.8),
     });
+    let eye = Vec3::new(0.0, 1.5, 2.3);
+    let down = Camera::look_at("main", eye, Vec3::new(0.0, 0.36, -0.1), Vec3::Y, 0.6);
+    scene.cameras.insert(0, down);
     scene
 }
 
