@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use lightloom_graph::{Executor, Gpu, GpuRequest, Graph};
+use lightloom_graph::{Executor, Gpu, GpuRequest, Graph, TimingSource};
 use lightloom_passes::CameraUniform;
 use lightloom_passes::scene::{Camera, GpuScene, Scene, builtin};
 use lightloom_strategies::{Frame, Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
@@ -125,7 +125,7 @@ impl Session {
         let mut graph = Graph::new(strategy);
         let handles = self.scene.declare(&mut graph);
         let settings = &self.settings;
-        let info = self.scene.info;
+        let info = self.scene.info();
         let camera = CameraUniform::new(&self.camera, settings.size, settings.jitter(0), info.bounds_radius);
         let frame = Frame { scene: &handles, info: &info, camera: &camera, settings, frame_index: 0 };
         let layers = pipeline.declare_frame(&mut graph, &frame, None)?;
@@ -267,7 +267,18 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
         nonfinite_pixels,
         ..StrategyResult::default()
     };
-    Ok(Rendering { picture: picture.with_finite_values(), row, warnings, timing })
+    Ok(Rendering { picture: picture.with_finite_values(), row, warnings, timing: timing_text(timing).to_owned() })
+}
+
+/// How the times were measured, for people.
+fn timing_text(source: TimingSource) -> &'static str {
+    match source {
+        TimingSource::Timestamps => "GPU timestamps around each pass",
+        TimingSource::CpuPerPass => {
+            "the CPU's clock around a submission and a wait per pass, since this driver's timestamps are wrong; includes the cost of submitting"
+        }
+        _ => "not measured: this adapter has no clock",
+    }
 }
 
 #[cfg(test)]
