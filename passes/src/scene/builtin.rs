@@ -43,12 +43,8 @@ const FOURTH: u32 = 4;
 pub fn cornell() -> Scene {
     let mut scene = room("cornell");
     scene.materials.push(Material::emitter("lamp", CORNELL_RADIANCE));
-    let lamp = [
-        Vec3::new(-0.25, 1.995, -0.2),
-        Vec3::new(0.25, 1.995, -0.2),
-        Vec3::new(0.25, 1.995, 0.2),
-        Vec3::new(-0.25, 1.995, 0.2),
-    ];
+    let lamp =
+        [Vec3::new(-0.25, 1.995, -0.2), Vec3::new(0.25, 1.995, -0.2), Vec3::new(0.25, 1.995, 0.2), Vec3::new(-0.25, 1.995, 0.2)];
     scene.triangles.extend(quad(lamp, THIRD));
     let block = |size: Vec3, at: Vec3, turn: f32| {
         let shape = cuboid(Vec3::new(-0.5, 0.0, -0.5) * size, Vec3::new(0.5, 1.0, 0.5) * size, WHITE);
@@ -77,10 +73,7 @@ pub fn caustics() -> Scene {
     scene.triangles.extend(placed(inverted(wall(inner)), ring_at));
     scene.triangles.extend(placed(wall(outer), ring_at));
     scene.triangles.extend(placed(rim(192, inner, outer, height, FOURTH), ring_at));
-    scene.lights.push(Light::Point {
-        position_world: Vec3::new(-0.62, 0.86, 0.98),
-        intensity: Vec3::new(9.0, 8.2, 6.8),
-    });
+    scene.lights.push(Light::Point { position_world: Vec3::new(-0.62, 0.86, 0.98), intensity: Vec3::new(9.0, 8.2, 6.8) });
     let eye = Vec3::new(0.0, 1.5, 2.3);
     let down = Camera::look_at("main", eye, Vec3::new(0.0, 0.36, -0.1), Vec3::Y, 0.6);
     scene.cameras.insert(0, down);
@@ -103,13 +96,7 @@ pub fn closed_sphere(subdivisions: u32) -> Scene {
         materials: vec![Material::lambert("grey", Vec3::splat(0.5))],
         lights: vec![Light::Point { position_world: Vec3::ZERO, intensity: Vec3::splat(PI) }],
         // Off the light's own place, and not along an axis of the icosahedron.
-        cameras: vec![Camera::look_at(
-            "inside",
-            Vec3::new(0.03, 0.05, 0.11),
-            Vec3::new(0.4, 0.1, -1.0),
-            Vec3::Y,
-            1.2,
-        )],
+        cameras: vec![Camera::look_at("inside", Vec3::new(0.03, 0.05, 0.11), Vec3::new(0.4, 0.1, -1.0), Vec3::Y, 1.2)],
         ..Scene::default()
     }
 }
@@ -122,17 +109,8 @@ pub fn closed_box(albedo: f32) -> Scene {
         name: "closed_box".into(),
         triangles: inverted(cuboid(Vec3::ZERO, Vec3::new(3.0, 4.0, 5.0), 0)),
         materials: vec![Material::lambert("walls", Vec3::splat(albedo.clamp(0.0, 1.0)))],
-        lights: vec![Light::Point {
-            position_world: Vec3::new(1.3, 2.4, 2.2),
-            intensity: Vec3::splat(10.0),
-        }],
-        cameras: vec![Camera::look_at(
-            "corner",
-            Vec3::new(2.8, 3.6, 4.8),
-            Vec3::new(0.9, 1.2, 1.0),
-            Vec3::Y,
-            1.2,
-        )],
+        lights: vec![Light::Point { position_world: Vec3::new(1.3, 2.4, 2.2), intensity: Vec3::splat(10.0) }],
+        cameras: vec![Camera::look_at("corner", Vec3::new(2.8, 3.6, 4.8), Vec3::new(0.9, 1.2, 1.0), Vec3::Y, 1.2)],
         ..Scene::default()
     }
 }
@@ -142,8 +120,7 @@ pub fn closed_box(albedo: f32) -> Scene {
 /// disc around the square, π·size²/2 W, of which size² lands. The camera looks straight down and sees
 /// a quarter more than the square, −z up.
 pub fn plane(size_m: f32) -> Scene {
-    let light =
-        Light::Directional { direction_world: Vec3::NEG_Y, irradiance: Vec3::ONE };
+    let light = Light::Directional { direction_world: Vec3::NEG_Y, irradiance: Vec3::ONE };
     square("plane", size_m, light)
 }
 
@@ -166,10 +143,7 @@ pub fn two_discs() -> Scene {
     Scene {
         name: "two_discs".into(),
         triangles,
-        materials: vec![
-            Material::lambert("receiver", Vec3::splat(0.5)),
-            Material::emitter("emitter", Vec3::ONE),
-        ],
+        materials: vec![Material::lambert("receiver", Vec3::splat(0.5)), Material::emitter("emitter", Vec3::ONE)],
         cameras: vec![Camera::look_at("down", eye, Vec3::ZERO, Vec3::NEG_Z, 2.0 * (1.05_f32 / eye.y).atan())],
         ..Scene::default()
     }
@@ -184,9 +158,7 @@ fn room(name: &str) -> Scene {
     let left = [at(-1.0, 0.0, 1.0), at(-1.0, 0.0, -1.0), at(-1.0, 2.0, -1.0), at(-1.0, 2.0, 1.0)];
     let right = [at(1.0, 0.0, -1.0), at(1.0, 0.0, 1.0), at(1.0, 2.0, 1.0), at(1.0, 2.0, -1.0)];
     let walls = [(floor, WHITE), (ceiling, WHITE), (back, WHITE), (left, RED), (right, GREEN)];
-    let look = |name: &str, z: f32, yfov: f32| {
-        Camera::look_at(name, at(0.0, 1.0, z), at(0.0, 0.93, -1.0), Vec3::Y, yfov)
-    };
+    let look = |name: &str, z: f32, yfov: f32| Camera::look_at(name, at(0.0, 1.0, z), at(0.0, 0.93, -1.0), Vec3::Y, yfov);
     Scene {
         name: name.into(),
         triangles: walls.into_iter().flat_map(|(corners, material)| quad(corners, material)).collect(),
@@ -202,8 +174,7 @@ fn room(name: &str) -> Scene {
 
 fn square(name: &str, size_m: f32, light: Light) -> Scene {
     let h = 0.5 * size_m;
-    let corners =
-        [Vec3::new(-h, 0.0, h), Vec3::new(h, 0.0, h), Vec3::new(h, 0.0, -h), Vec3::new(-h, 0.0, -h)];
+    let corners = [Vec3::new(-h, 0.0, h), Vec3::new(h, 0.0, h), Vec3::new(h, 0.0, -h), Vec3::new(-h, 0.0, -h)];
     let eye = Vec3::new(0.0, 2.0 * size_m, 0.0);
     Scene {
         name: name.into(),
@@ -229,9 +200,7 @@ fn rim(segments: u32, inner: f32, outer: f32, height: f32, material: u32) -> Vec
         let (sin, cos) = (2.0 * PI * (s % segments) as f32 / segments as f32).sin_cos();
         Vec3::new(radius * cos, height, -radius * sin)
     };
-    (0..segments)
-        .flat_map(|s| quad([on(inner, s), on(outer, s), on(outer, s + 1), on(inner, s + 1)], material))
-        .collect()
+    (0..segments).flat_map(|s| quad([on(inner, s), on(outer, s), on(outer, s + 1), on(inner, s + 1)], material)).collect()
 }
 
 #[cfg(test)]

@@ -88,14 +88,8 @@ impl Bvh {
         if depth > MAX_DEPTH {
             return Err(SceneError::TooDeep { scene: scene.into(), depth, limit: MAX_DEPTH });
         }
-        let leaf_triangles =
-            tree.primitive_indices.iter().map(|&index| corners[index as usize]).collect();
-        let stats = BvhStats {
-            nodes: tree.nodes.len() as u32,
-            triangles: triangles.len() as u32,
-            depth,
-            build_time,
-        };
+        let leaf_triangles = tree.primitive_indices.iter().map(|&index| corners[index as usize]).collect();
+        let stats = BvhStats { nodes: tree.nodes.len() as u32, triangles: triangles.len() as u32, depth, build_time };
         Ok(Self { tree, leaf_triangles, stats })
     }
 
@@ -116,34 +110,19 @@ impl Bvh {
 
     /// The nearest triangle, seen from either side, at a distance within `[t_min, t_max]`.
     /// `direction_world` need not be a unit vector; a ray that is not finite hits nothing.
-    pub fn closest_hit(
-        &self,
-        origin_world: Vec3,
-        direction_world: Vec3,
-        t_min: f32,
-        t_max: f32,
-    ) -> Option<Hit> {
+    pub fn closest_hit(&self, origin_world: Vec3, direction_world: Vec3, t_min: f32, t_max: f32) -> Option<Hit> {
         let ray = ray(origin_world, direction_world, t_min, t_max)?;
         let mut hit = RayHit::none();
         self.tree.ray_traverse(ray, &mut hit, |ray, id| self.leaf_triangles[id].intersect(ray));
         // A miss may leave any distance behind, but never a primitive.
-        (hit.primitive_id != INVALID_ID).then(|| Hit {
-            distance: hit.t,
-            triangle: self.tree.primitive_indices[hit.primitive_id as usize],
-        })
+        (hit.primitive_id != INVALID_ID)
+            .then(|| Hit { distance: hit.t, triangle: self.tree.primitive_indices[hit.primitive_id as usize] })
     }
 
     /// Whether anything lies on the ray between `t_min` and `t_max`.
-    pub fn is_occluded(
-        &self,
-        origin_world: Vec3,
-        direction_world: Vec3,
-        t_min: f32,
-        t_max: f32,
-    ) -> bool {
-        ray(origin_world, direction_world, t_min, t_max).is_some_and(|ray| {
-            !self.tree.ray_traverse_miss(ray, |ray, id| self.leaf_triangles[id].intersect(ray))
-        })
+    pub fn is_occluded(&self, origin_world: Vec3, direction_world: Vec3, t_min: f32, t_max: f32) -> bool {
+        ray(origin_world, direction_world, t_min, t_max)
+            .is_some_and(|ray| !self.tree.ray_traverse_miss(ray, |ray, id| self.leaf_triangles[id].intersect(ray)))
     }
 }
 
@@ -161,13 +140,8 @@ fn ray(origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<Ray> {
 /// triangles and leaf entries are one to one.
 fn build_tree(corners: &[obvhs::triangle::Triangle]) -> CwBvh {
     let indices = (0..corners.len() as u32).collect();
-    let mut binary = PlocBuilder::with_capacity(corners.len()).build(
-        PlocSearchDistance::Medium,
-        corners,
-        indices,
-        SortPrecision::U64,
-        3,
-    );
+    let mut binary =
+        PlocBuilder::with_capacity(corners.len()).build(PlocSearchDistance::Medium, corners, indices, SortPrecision::U64, 3);
     ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
     bvh2_to_cwbvh(&binary, 3, true, false)
 }
@@ -220,11 +194,7 @@ mod tests {
             let found = bvh.closest_hit(origin, direction, 0.0, f32::INFINITY);
             let expected = by_hand(&scene.triangles, origin, direction);
             assert_eq!(found.map(|h| h.distance), expected.map(|(t, _)| t), "ray {i}");
-            assert_eq!(
-                bvh.is_occluded(origin, direction, 0.0, f32::INFINITY),
-                expected.is_some(),
-                "occlusion of ray {i}"
-            );
+            assert_eq!(bvh.is_occluded(origin, direction, 0.0, f32::INFINITY), expected.is_some(), "occlusion of ray {i}");
             hits += usize::from(found.is_some());
         }
         assert!((100..500).contains(&hits), "some rays leave by the open side: {hits}");

@@ -63,25 +63,15 @@ fn rigid(back: Vec3, up: Vec3, eye: Vec3) -> Mat4 {
         .filter(|_| up.normalize_or_zero().cross(back).length() > 1e-4)
         .unwrap_or_else(|| back.any_orthonormal_vector());
     let up = back.cross(right);
-    Mat4::from_cols(
-        right.extend(0.0),
-        up.extend(0.0),
-        back.extend(0.0),
-        Vec4::new(eye.x, eye.y, eye.z, 1.0),
-    )
+    Mat4::from_cols(right.extend(0.0), up.extend(0.0), back.extend(0.0), Vec4::new(eye.x, eye.y, eye.z, 1.0))
 }
 
 /// Picks a camera by name, or else by index from 0.
-pub(crate) fn select<'a>(
-    scene: &str,
-    cameras: &'a [Camera],
-    selector: &str,
-) -> Result<&'a Camera, SceneError> {
+pub(crate) fn select<'a>(scene: &str, cameras: &'a [Camera], selector: &str) -> Result<&'a Camera, SceneError> {
     let by_name = cameras.iter().find(|camera| camera.name == selector);
     let by_index = || selector.parse::<usize>().ok().and_then(|index| cameras.get(index));
     by_name.or_else(by_index).ok_or_else(|| {
-        let names: Vec<String> =
-            cameras.iter().enumerate().map(|(i, camera)| format!("{i} `{}`", camera.name)).collect();
+        let names: Vec<String> = cameras.iter().enumerate().map(|(i, camera)| format!("{i} `{}`", camera.name)).collect();
         SceneError::UnknownCamera {
             scene: scene.into(),
             selector: selector.into(),

@@ -56,9 +56,7 @@ pub enum SceneError {
         problem: String,
     },
     /// A file that the scene refers to could not be read.
-    #[error(
-        "`{file}`, {place}: cannot read `{resource}`: {source}. Put it beside the scene or use a GLB"
-    )]
+    #[error("`{file}`, {place}: cannot read `{resource}`: {source}. Put it beside the scene or use a GLB")]
     Resource {
         /// The scene file.
         file: String,

@@ -182,15 +182,7 @@ impl BvhTriangle {
 impl TriangleAttributes {
     pub(crate) fn new(triangle: &Triangle, light: u32) -> Self {
         let [uv0, uv1, uv2] = triangle.uvs.map(|uv| uv.to_array());
-        Self {
-            normals: triangle.normals_world.map(octahedral),
-            material: triangle.material,
-            uv0,
-            uv1,
-            uv2,
-            light,
-            pad0: 0,
-        }
+        Self { normals: triangle.normals_world.map(octahedral), material: triangle.material, uv0, uv1, uv2, light, pad0: 0 }
     }
 }
 

@@ -51,9 +51,7 @@ impl Light {
                 let (inner, outer) = ordered_cosines(cos_inner, cos_outer);
                 2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0) * intensity
             }
-            Self::Directional { irradiance, .. } => {
-                PI * bounds_radius * bounds_radius * irradiance
-            }
+            Self::Directional { irradiance, .. } => PI * bounds_radius * bounds_radius * irradiance,
         }
     }
 

@@ -26,8 +26,7 @@ const GRID: u32 = 8;
 impl LightList {
     /// `bounds_radius` (m) bounds the disc of directional lights.
     pub(super) fn new(scene: &Scene, bounds_radius: f32) -> Self {
-        let mut lights: Vec<GpuLight> =
-            scene.lights.iter().map(|light| punctual(light, bounds_radius)).collect();
+        let mut lights: Vec<GpuLight> = scene.lights.iter().map(|light| punctual(light, bounds_radius)).collect();
         let punctual_count = lights.len() as u32;
         let mut of_triangle = vec![NONE; scene.triangles.len()];
         for (index, triangle) in scene.triangles.iter().enumerate() {
@@ -81,11 +80,9 @@ fn punctual(light: &Light, bounds_radius: f32) -> GpuLight {
     let intensity = light.strength().to_array();
     let plain = GpuLight { intensity, power, material: NONE, triangle: NONE, ..GpuLight::default() };
     match *light {
-        Light::Point { position_world, .. } => GpuLight {
-            position: position_world.to_array(),
-            kind: LightKind::Point as u32,
-            ..plain
-        },
+        Light::Point { position_world, .. } => {
+            GpuLight { position: position_world.to_array(), kind: LightKind::Point as u32, ..plain }
+        }
         Light::Spot { position_world, direction_world, cos_inner, cos_outer, .. } => {
             let (cos_inner, cos_outer) = ordered_cosines(cos_inner, cos_outer);
             GpuLight {
@@ -124,9 +121,7 @@ fn emissive(triangle: &Triangle, index: u32, radiance: Vec3, power: Vec3) -> Gpu
 }
 
 fn sum(lights: &[GpuLight]) -> Vec3 {
-    let total = lights.iter().fold(glam::DVec3::ZERO, |sum, light| {
-        sum + Vec3::from_array(light.power).as_dvec3()
-    });
+    let total = lights.iter().fold(glam::DVec3::ZERO, |sum, light| sum + Vec3::from_array(light.power).as_dvec3());
     total.as_vec3()
 }
 
@@ -167,12 +162,8 @@ mod tests {
     fn emissive_quad_has_its_flux() {
         let scene = builtin::cornell();
         let lights = list(&scene);
-        let area: f32 = scene
-            .triangles
-            .iter()
-            .filter(|t| scene.materials[t.material as usize].emissive[0] > 0.0)
-            .map(Triangle::area)
-            .sum();
+        let area: f32 =
+            scene.triangles.iter().filter(|t| scene.materials[t.material as usize].emissive[0] > 0.0).map(Triangle::area).sum();
         let expected = PI * area * builtin::CORNELL_RADIANCE;
         assert!(lights.total_power.abs_diff_eq(expected, 1e-3), "{} ≠ {expected}", lights.total_power);
         assert_eq!((lights.punctual_count, lights.lights.len()), (0, 2));

@@ -89,13 +89,7 @@ impl Material {
 
     /// A smooth, clear, solid dielectric.
     pub fn glass(name: &str, ior: f32, thickness_m: f32) -> Self {
-        Self {
-            roughness: 0.0,
-            transmission: 1.0,
-            ior,
-            thickness_m,
-            ..Self::lambert(name, Vec3::ONE)
-        }
+        Self { roughness: 0.0, transmission: 1.0, ior, thickness_m, ..Self::lambert(name, Vec3::ONE) }
     }
 
     /// A metal of that reflectance at normal incidence; `roughness` 0 is a mirror.
@@ -105,10 +99,7 @@ impl Material {
 
     /// Whether this is plain Lambert: rough, no metal, nothing transmitted and no texture that changes it.
     pub fn is_lambert(&self) -> bool {
-        self.metallic == 0.0
-            && self.roughness >= 1.0
-            && self.metallic_roughness_texture.is_none()
-            && self.transmission == 0.0
+        self.metallic == 0.0 && self.roughness >= 1.0 && self.metallic_roughness_texture.is_none() && self.transmission == 0.0
     }
 
     /// Absorption coefficient `σ_a` = −ln(colour)/distance (1/m) per channel; zero at infinite distance.
@@ -134,11 +125,9 @@ impl Material {
     /// Whether a ray may pass through because of alpha, judged from the texture as well: a mask
     /// that cuts nothing and a blend that is solid everywhere are opaque.
     pub(crate) fn lets_rays_pass(&self, textures: &[TextureData]) -> bool {
-        let least = self
-            .base_color_texture
-            .and_then(|slot| textures.get(slot.texture as usize))
-            .map_or(1.0, TextureData::least_alpha)
-            * self.base_color[3];
+        let least =
+            self.base_color_texture.and_then(|slot| textures.get(slot.texture as usize)).map_or(1.0, TextureData::least_alpha)
+                * self.base_color[3];
         match self.alpha {
             Alpha::Opaque => false,
             Alpha::Mask(cutoff) => least < cutoff,
@@ -189,11 +178,7 @@ mod tests {
     #[test]
     fn metallic_is_judged_with_its_texture() {
         let black = TextureData { name: "b".into(), width: 1, height: 1, rgba8: vec![0, 255, 0, 255] };
-        let mut cloth = Material {
-            metallic: 1.0,
-            metallic_roughness_texture: Some(TextureUse::new(0)),
-            ..Material::default()
-        };
+        let mut cloth = Material { metallic: 1.0, metallic_roughness_texture: Some(TextureUse::new(0)), ..Material::default() };
         cloth.make_lambert(&[black]);
         assert!(cloth.is_lambert(), "factor 1 times texture 0 is no metal");
     }
@@ -201,11 +186,7 @@ mod tests {
     #[test]
     fn a_mask_that_cuts_nothing_is_opaque() {
         let solid = TextureData { name: "s".into(), width: 1, height: 1, rgba8: vec![9, 9, 9, 200] };
-        let mut leaf = Material {
-            base_color_texture: Some(TextureUse::new(0)),
-            alpha: Alpha::Mask(0.5),
-            ..Material::default()
-        };
+        let mut leaf = Material { base_color_texture: Some(TextureUse::new(0)), alpha: Alpha::Mask(0.5), ..Material::default() };
         let textures = [solid];
         assert!(!leaf.lets_rays_pass(&textures), "200/255 is above the cutoff");
         leaf.alpha = Alpha::Blend;

@@ -36,17 +36,42 @@ pub(super) fn cuboid(least: Vec3, most: Vec3, material: u32) -> Vec<Triangle> {
 pub(super) fn icosphere(subdivisions: u32, material: u32) -> Vec<Triangle> {
     let golden = 0.5 * (1.0 + 5.0_f32.sqrt());
     let mut points: Vec<Vec3> = [
-        [-1.0, golden, 0.0], [1.0, golden, 0.0], [-1.0, -golden, 0.0], [1.0, -golden, 0.0],
-        [0.0, -1.0, golden], [0.0, 1.0, golden], [0.0, -1.0, -golden], [0.0, 1.0, -golden],
-        [golden, 0.0, -1.0], [golden, 0.0, 1.0], [-golden, 0.0, -1.0], [-golden, 0.0, 1.0],
+        [-1.0, golden, 0.0],
+        [1.0, golden, 0.0],
+        [-1.0, -golden, 0.0],
+        [1.0, -golden, 0.0],
+        [0.0, -1.0, golden],
+        [0.0, 1.0, golden],
+        [0.0, -1.0, -golden],
+        [0.0, 1.0, -golden],
+        [golden, 0.0, -1.0],
+        [golden, 0.0, 1.0],
+        [-golden, 0.0, -1.0],
+        [-golden, 0.0, 1.0],
     ]
     .map(|p| Vec3::from_array(p).normalize())
     .to_vec();
     let mut faces: Vec<[u32; 3]> = vec![
-        [0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11],
-        [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6], [7, 1, 8],
-        [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9],
-        [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1],
+        [0, 11, 5],
+        [0, 5, 1],
+        [0, 1, 7],
+        [0, 7, 10],
+        [0, 10, 11],
+        [1, 5, 9],
+        [5, 11, 4],
+        [11, 10, 2],
+        [10, 7, 6],
+        [7, 1, 8],
+        [3, 9, 4],
+        [3, 4, 2],
+        [3, 2, 6],
+        [3, 6, 8],
+        [3, 8, 9],
+        [4, 9, 5],
+        [2, 4, 11],
+        [6, 2, 10],
+        [8, 6, 7],
+        [9, 8, 1],
     ];
     for _ in 0..subdivisions {
         let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
@@ -122,10 +147,8 @@ pub(super) fn band(segments: u32, material: u32) -> Vec<Triangle> {
 /// Moves triangles by a similarity (rotation, uniform scale, translation).
 pub(super) fn placed(mut triangles: Vec<Triangle>, world_from_shape: Mat4) -> Vec<Triangle> {
     for triangle in &mut triangles {
-        triangle.positions_world =
-            triangle.positions_world.map(|p| world_from_shape.transform_point3(p));
-        triangle.normals_world =
-            triangle.normals_world.map(|n| world_from_shape.transform_vector3(n).normalize());
+        triangle.positions_world = triangle.positions_world.map(|p| world_from_shape.transform_point3(p));
+        triangle.normals_world = triangle.normals_world.map(|n| world_from_shape.transform_vector3(n).normalize());
     }
     triangles
 }

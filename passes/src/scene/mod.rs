@@ -165,12 +165,8 @@ impl Scene {
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         let (least, most) = self.bounds();
         let center = 0.5 * (least + most);
-        let farthest = self
-            .triangles
-            .iter()
-            .flat_map(|t| t.positions_world)
-            .map(|p| p.distance_squared(center))
-            .fold(0.0, f32::max);
+        let farthest =
+            self.triangles.iter().flat_map(|t| t.positions_world).map(|p| p.distance_squared(center)).fold(0.0, f32::max);
         (center, farthest.sqrt() * 1.000_01)
     }
 
@@ -193,9 +189,7 @@ impl Scene {
         self.triangles.retain(Triangle::is_sound);
         let dropped = before - self.triangles.len();
         if dropped > 0 {
-            self.warnings.push(format!(
-                "{dropped} of {before} triangles have no area or no finite position and were dropped"
-            ));
+            self.warnings.push(format!("{dropped} of {before} triangles have no area or no finite position and were dropped"));
         }
     }
 
@@ -217,9 +211,7 @@ impl Scene {
             direction_world: Vec3::new(-0.4, -1.0, -0.5).normalize(),
             irradiance: Vec3::splat(std::f32::consts::PI),
         }];
-        self.warnings.push(
-            "nothing in the scene emits light: added a directional light of π W/m² from above".into(),
-        );
+        self.warnings.push("nothing in the scene emits light: added a directional light of π W/m² from above".into());
     }
 }
 

@@ -62,11 +62,7 @@ impl Pages {
     pub(super) fn size(&self) -> [u32; 3] {
         let total = self.total.max(1);
         let rows = total.div_ceil(PAGE_WIDTH.into());
-        [
-            total.min(PAGE_WIDTH.into()) as u32,
-            rows.min(PAGE_HEIGHT.into()) as u32,
-            rows.div_ceil(PAGE_HEIGHT.into()) as u32,
-        ]
+        [total.min(PAGE_WIDTH.into()) as u32, rows.min(PAGE_HEIGHT.into()) as u32, rows.div_ceil(PAGE_HEIGHT.into()) as u32]
     }
 
     /// The slot of a texture as a material uses it.
@@ -92,12 +88,7 @@ impl Pages {
 
     /// Hands out all texels in strips of whole rows, at most `most_rows` each. The last row is filled
     /// up with zeros, so that only one strip is in memory at a time.
-    pub(super) fn write(
-        &self,
-        textures: &[TextureData],
-        most_rows: u32,
-        mut write: impl FnMut(&Strip, &[u8]),
-    ) {
+    pub(super) fn write(&self, textures: &[TextureData], most_rows: u32, mut write: impl FnMut(&Strip, &[u8])) {
         let [width, height, layers] = self.size();
         let row_bytes = width as usize * 4;
         let mut source = textures.iter().flat_map(|data| data.rgba8.chunks(row_bytes)).peekable();

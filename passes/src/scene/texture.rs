@@ -65,10 +65,7 @@ impl TextureData {
     /// The four bytes of the texel at column `x` of row `y`.
     pub(crate) fn texel(&self, x: u32, y: u32) -> [u8; 4] {
         let at = (y as usize * self.width as usize + x as usize) * 4;
-        self.rgba8
-            .get(at..at + 4)
-            .and_then(|bytes| bytes.try_into().ok())
-            .unwrap_or([0; 4])
+        self.rgba8.get(at..at + 4).and_then(|bytes| bytes.try_into().ok()).unwrap_or([0; 4])
     }
 
     /// Mean of one channel over the image, in `[0, 1]`, not linearised.
@@ -109,10 +106,8 @@ impl TextureUse {
     /// seen on the image, whose v runs downwards), then offset.
     pub fn with_transform(mut self, scale: Vec2, rotation: f32, offset: Vec2) -> Self {
         let (sin, cos) = rotation.sin_cos();
-        self.image_from_mesh_uv = [
-            Vec3::new(cos * scale.x, sin * scale.y, offset.x),
-            Vec3::new(-sin * scale.x, cos * scale.y, offset.y),
-        ];
+        self.image_from_mesh_uv =
+            [Vec3::new(cos * scale.x, sin * scale.y, offset.x), Vec3::new(-sin * scale.x, cos * scale.y, offset.y)];
         self
     }
 
@@ -125,10 +120,7 @@ impl TextureUse {
     /// The image's coordinates at the mesh's coordinates `uv`.
     pub fn image_uv(&self, uv: Vec2) -> Vec2 {
         let homogeneous = uv.extend(1.0);
-        Vec2::new(
-            self.image_from_mesh_uv[0].dot(homogeneous),
-            self.image_from_mesh_uv[1].dot(homogeneous),
-        )
+        Vec2::new(self.image_from_mesh_uv[0].dot(homogeneous), self.image_from_mesh_uv[1].dot(homogeneous))
     }
 
     /// Linear RGB of the nearest texel at the mesh's coordinates `uv`, read as sRGB.
@@ -139,10 +131,7 @@ impl TextureUse {
         }
         let column = (at.x * data.width as f32).floor() as i64;
         let row = (at.y * data.height as f32).floor() as i64;
-        let texel = data.texel(
-            self.wrap[0].texel(column, data.width),
-            self.wrap[1].texel(row, data.height),
-        );
+        let texel = data.texel(self.wrap[0].texel(column, data.width), self.wrap[1].texel(row, data.height));
         Vec3::new(linear_of_srgb(texel[0]), linear_of_srgb(texel[1]), linear_of_srgb(texel[2]))
     }
 }
@@ -168,8 +157,7 @@ mod tests {
     #[test]
     fn transform_scales_then_turns_then_moves() {
         let quarter = std::f32::consts::FRAC_PI_2;
-        let slot =
-            TextureUse::new(0).with_transform(Vec2::new(2.0, 3.0), quarter, Vec2::new(0.25, 0.5));
+        let slot = TextureUse::new(0).with_transform(Vec2::new(2.0, 3.0), quarter, Vec2::new(0.25, 0.5));
         // (1, 0) scaled to (2, 0), turned counter-clockwise on an image whose v runs down to (0, -2).
         let at = slot.image_uv(Vec2::new(1.0, 0.0));
         assert!(at.abs_diff_eq(Vec2::new(0.25, -1.5), 1e-6), "{at}");
@@ -179,12 +167,7 @@ mod tests {
 
     #[test]
     fn nearest_reads_the_texel_that_covers_the_point() {
-        let data = TextureData {
-            name: "two".into(),
-            width: 2,
-            height: 1,
-            rgba8: vec![255, 0, 0, 255, 0, 188, 0, 128],
-        };
+        let data = TextureData { name: "two".into(), width: 2, height: 1, rgba8: vec![255, 0, 0, 255, 0, 188, 0, 128] };
         let slot = TextureUse::new(0);
         assert_eq!(slot.nearest_srgb(&data, Vec2::new(0.25, 0.5)), Vec3::X);
         let green = slot.nearest_srgb(&data, Vec2::new(-0.25, 7.5)).y;

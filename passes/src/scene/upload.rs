@@ -43,11 +43,7 @@ impl GpuScene {
     ///
     /// # Errors
     /// Those of [`Bvh::build`], and [`SceneError::DeviceLimit`] for what the device cannot hold.
-    pub fn upload(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        scene: &Scene,
-    ) -> Result<Self, SceneError> {
+    pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Result<Self, SceneError> {
         let bvh = Bvh::build(&scene.name, &scene.triangles)?;
         Self::upload_with_bvh(device, queue, scene, &bvh)
     }
@@ -56,19 +52,13 @@ impl GpuScene {
     ///
     /// # Errors
     /// [`SceneError::DeviceLimit`] for what the device cannot hold.
-    pub fn upload_with_bvh(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        scene: &Scene,
-        bvh: &Bvh,
-    ) -> Result<Self, SceneError> {
+    pub fn upload_with_bvh(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene, bvh: &Bvh) -> Result<Self, SceneError> {
         let (bounds_center, bounds_radius) = scene.bounding_sphere();
         let list = LightList::new(scene, bounds_radius);
         let pages = Pages::new(&scene.textures);
         let mut to = Writer::new(device, queue, &scene.name);
 
-        let alpha_tested: Vec<bool> =
-            scene.materials.iter().map(|material| material.lets_rays_pass(&scene.textures)).collect();
+        let alpha_tested: Vec<bool> = scene.materials.iter().map(|material| material.lets_rays_pass(&scene.textures)).collect();
         let light_of = |index: usize| list.of_triangle.get(index).copied().unwrap_or(NONE);
         let bvh_nodes = to.bytes("bvh_nodes", bvh.node_bytes())?;
         let in_leaf_order = bvh.leaf_order().iter().map(|&index| {
@@ -77,15 +67,11 @@ impl GpuScene {
             BvhTriangle::new(triangle, index, alpha, light_of(index as usize))
         });
         let bvh_triangles = to.array("bvh_triangles", in_leaf_order)?;
-        let in_scene_order = scene
-            .triangles
-            .iter()
-            .enumerate()
-            .map(|(index, triangle)| TriangleAttributes::new(triangle, light_of(index)));
+        let in_scene_order =
+            scene.triangles.iter().enumerate().map(|(index, triangle)| TriangleAttributes::new(triangle, light_of(index)));
         let triangles = to.array("triangles", in_scene_order)?;
-        let materials = scene.materials.iter().map(|material| {
-            Material::new(material, |using| pages.slot(&scene.textures, using))
-        });
+        let materials =
+            scene.materials.iter().map(|material| Material::new(material, |using| pages.slot(&scene.textures, using)));
         let materials = to.array("materials", materials)?;
         // Bindings must not be empty.
         let none = Light { material: NONE, triangle: NONE, ..Light::default() };
@@ -116,9 +102,7 @@ impl GpuScene {
 
     /// Imports the scene into a frame's graph.
     pub fn declare(&self, graph: &mut Graph<'_>) -> SceneHandles {
-        let mut import = |resident: &Resident| {
-            graph.import_buffer(resident.name, resident.desc.clone(), resident.buffer.clone())
-        };
+        let mut import = |resident: &Resident| graph.import_buffer(resident.name, resident.desc.clone(), resident.buffer.clone());
         let (bvh_nodes, bvh_triangles) = (import(&self.bvh_nodes), import(&self.bvh_triangles));
         let (triangles, materials) = (import(&self.triangles), import(&self.materials));
         let lights = import(&self.lights);

@@ -40,9 +40,7 @@ impl<'a> Writer<'a> {
         let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(name),
             size: desc.size,
-            usage: wgpu::BufferUsages::STORAGE
-                | wgpu::BufferUsages::COPY_DST
-                | wgpu::BufferUsages::COPY_SRC,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
         Ok(Resident { name, buffer, desc })
@@ -81,11 +79,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The array texture of all images.
-    pub(super) fn texels(
-        &mut self,
-        textures: &[TextureData],
-        pages: &Pages,
-    ) -> Result<(wgpu::Texture, TextureDesc), SceneError> {
+    pub(super) fn texels(&mut self, textures: &[TextureData], pages: &Pages) -> Result<(wgpu::Texture, TextureDesc), SceneError> {
         let [width, height, layers] = pages.size();
         let limits = self.device.limits();
         self.allow("texels", pages.total(), "texels", MOST_TEXELS, "32-bit indices")?;
@@ -114,13 +108,8 @@ impl<'a> Writer<'a> {
     fn write_strip(&mut self, texture: &wgpu::Texture, strip: &Strip, bytes: &[u8]) {
         let mut target = texture.as_image_copy();
         target.origin = wgpu::Origin3d { x: 0, y: strip.row, z: strip.layer };
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(strip.width * 4),
-            rows_per_image: None,
-        };
-        let size =
-            wgpu::Extent3d { width: strip.width, height: strip.rows, depth_or_array_layers: 1 };
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(strip.width * 4), rows_per_image: None };
+        let size = wgpu::Extent3d { width: strip.width, height: strip.rows, depth_or_array_layers: 1 };
         self.queue.write_texture(target, bytes, layout, size);
         self.count(bytes.len());
     }

@@ -31,26 +31,19 @@ pub(super) fn read_vectors<const N: usize>(
         }
         vector
     };
-    read(source, accessor, kind.size() * N, decode)
-        .map_err(|problem| source.malformed(place(), problem))
+    read(source, accessor, kind.size() * N, decode).map_err(|problem| source.malformed(place(), problem))
 }
 
 /// Reads an accessor of unsigned scalars.
-pub(super) fn read_indices(
-    source: &Source<'_>,
-    accessor: &Accessor<'_>,
-    what: &str,
-) -> Result<Vec<u32>, SceneError> {
+pub(super) fn read_indices(source: &Source<'_>, accessor: &Accessor<'_>, what: &str) -> Result<Vec<u32>, SceneError> {
     let place = || format!("{what}, {}", label("accessor", accessor.index(), accessor.name()));
     let kind = accessor.data_type();
     let unsigned = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
     if accessor.dimensions() != Dimensions::Scalar || !unsigned {
-        let problem =
-            format!("it is {:?} of {kind:?}, expected unsigned scalars", accessor.dimensions());
+        let problem = format!("it is {:?} of {kind:?}, expected unsigned scalars", accessor.dimensions());
         return Err(source.malformed(place(), problem));
     }
-    read(source, accessor, kind.size(), decode_unsigned)
-        .map_err(|problem| source.malformed(place(), problem))
+    read(source, accessor, kind.size(), decode_unsigned).map_err(|problem| source.malformed(place(), problem))
 }
 
 /// Reads all elements, each `size` bytes long, and applies the sparse substitutions.
@@ -66,9 +59,7 @@ fn read<T: Clone>(
         Some(view) => {
             let stride = source.document.as_json().buffer_views.get(view.value());
             let stride = stride.and_then(|view| view.byte_stride.map(|s| s.0)).unwrap_or(size);
-            elements(source, view.value(), accessor.offset(), count, size, stride)?
-                .map(&decode)
-                .collect()
+            elements(source, view.value(), accessor.offset(), count, size, stride)?.map(&decode).collect()
         }
         None if count > MOST_ZEROS => return Err(format!("{count} elements without data")),
         None => vec![decode(&vec![0; size]); count],

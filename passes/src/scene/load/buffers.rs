@@ -39,9 +39,7 @@ impl Buffers {
     /// The bytes of a buffer view, or what is wrong with it. A missing view is an error too.
     pub(super) fn view(&self, document: &gltf::Document, view: usize) -> Result<&[u8], String> {
         let views = &document.as_json().buffer_views;
-        let json = views
-            .get(view)
-            .ok_or_else(|| format!("buffer view {view} does not exist, there are {}", views.len()))?;
+        let json = views.get(view).ok_or_else(|| format!("buffer view {view} does not exist, there are {}", views.len()))?;
         let buffer = json.buffer.value();
         let bytes = self.0.get(buffer).ok_or_else(|| format!("buffer {buffer} does not exist"))?;
         let start = json.byte_offset.map_or(0, |offset| offset.0);
@@ -49,22 +47,12 @@ impl Buffers {
         start
             .checked_add(length)
             .and_then(|end| bytes.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?))
-            .ok_or_else(|| {
-                format!(
-                    "buffer view {view} covers {length} bytes from {start}, buffer {buffer} has {}",
-                    bytes.len()
-                )
-            })
+            .ok_or_else(|| format!("buffer view {view} covers {length} bytes from {start}, buffer {buffer} has {}", bytes.len()))
     }
 }
 
 /// The bytes behind a URI.
-pub(super) fn read_uri(
-    file: &str,
-    folder: Option<&Path>,
-    place: &str,
-    uri: &str,
-) -> Result<Vec<u8>, SceneError> {
+pub(super) fn read_uri(file: &str, folder: Option<&Path>, place: &str, uri: &str) -> Result<Vec<u8>, SceneError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((_, payload)) = data.split_once(";base64,") else {
             return Err(malformed(file, place, "its data URI is not base64"));
@@ -81,12 +69,7 @@ pub(super) fn read_uri(
         return Err(malformed(file, place, problem));
     };
     let resource: PathBuf = folder.join(percent_decoded(uri).as_ref());
-    std::fs::read(&resource).map_err(|source| SceneError::Resource {
-        file: file.into(),
-        place: place.into(),
-        resource,
-        source,
-    })
+    std::fs::read(&resource).map_err(|source| SceneError::Resource { file: file.into(), place: place.into(), resource, source })
 }
 
 /// Undoes `%20` and its like; anything else stays.

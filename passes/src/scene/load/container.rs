@@ -15,12 +15,8 @@ const SUPPORTED: &[&str] = &[
 ];
 
 /// Parses and validates; returns the document and the GLB's binary chunk.
-pub(super) fn parse<'a>(
-    file: &str,
-    bytes: &'a [u8],
-) -> Result<(gltf::Document, Option<&'a [u8]>), SceneError> {
-    let (text, blob) =
-        if bytes.starts_with(b"glTF") { split_glb(file, bytes)? } else { (bytes, None) };
+pub(super) fn parse<'a>(file: &str, bytes: &'a [u8]) -> Result<(gltf::Document, Option<&'a [u8]>), SceneError> {
+    let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(file, bytes)? } else { (bytes, None) };
     let root: json::Root = json::deserialize::from_slice(text).map_err(|error| SceneError::Json {
         file: file.into(),
         line: error.line(),
@@ -36,9 +32,7 @@ pub(super) fn parse<'a>(
 /// The JSON chunk and the BIN chunk of a GLB; unknown chunks are skipped, as the format asks.
 fn split_glb<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>), SceneError> {
     let broken = |problem: String| SceneError::Container { file: file.into(), problem };
-    let word = |at: usize| {
-        bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes)
-    };
+    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     let (Some(version), Some(length)) = (word(4), word(8)) else {
         return Err(broken(format!("its header ends after {} of 12 bytes", bytes.len())));
     };
@@ -74,12 +68,8 @@ fn split_glb<'a>(file: &str, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u
 }
 
 fn check_extensions(file: &str, root: &json::Root) -> Result<(), SceneError> {
-    let missing: Vec<&str> = root
-        .extensions_required
-        .iter()
-        .map(String::as_str)
-        .filter(|name| !SUPPORTED.contains(name))
-        .collect();
+    let missing: Vec<&str> =
+        root.extensions_required.iter().map(String::as_str).filter(|name| !SUPPORTED.contains(name)).collect();
     if missing.is_empty() {
         return Ok(());
     }
@@ -96,11 +86,7 @@ fn check_positions(file: &str, root: &json::Root) -> Result<(), SceneError> {
                 return Err(malformed(
                     file,
                     format!("mesh {mesh_index}, primitive {index}"),
-                    format!(
-                        "POSITION refers to accessor {}, the file has {}",
-                        accessor.value(),
-                        root.accessors.len()
-                    ),
+                    format!("POSITION refers to accessor {}, the file has {}", accessor.value(), root.accessors.len()),
                 ));
             }
         }

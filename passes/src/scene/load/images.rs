@@ -33,10 +33,9 @@ fn decode(source: &Source<'_>, index: usize) -> Result<TextureData, SceneError> 
     let place = label("image", index, json.name.as_deref().or(short(json.uri.as_deref())));
     let owned;
     let bytes = match (json.buffer_view, &json.uri) {
-        (Some(view), _) => source
-            .buffers
-            .view(source.document, view.value())
-            .map_err(|problem| source.malformed(&place, problem))?,
+        (Some(view), _) => {
+            source.buffers.view(source.document, view.value()).map_err(|problem| source.malformed(&place, problem))?
+        }
         (None, Some(uri)) => {
             owned = buffers::read_uri(source.file, source.folder, &place, uri)?;
             &owned

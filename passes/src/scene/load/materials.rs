@@ -3,9 +3,9 @@
 use super::images::Images;
 use super::{SceneError, Source, label};
 use crate::scene::{Alpha, Material, Scene, TextureUse, Wrap};
+use glam::{Vec2, Vec3};
 use gltf::material::AlphaMode;
 use gltf::texture::WrappingMode;
-use glam::{Vec2, Vec3};
 
 /// Reads all materials and the textures they use, and appends glTF's default material.
 pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneError> {
@@ -22,9 +22,7 @@ pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneEr
 /// The set of texture coordinates that a material uses: that of its first texture.
 pub(super) fn uv_set(material: &gltf::Material<'_>) -> u32 {
     let pbr = material.pbr_metallic_roughness();
-    let of = |info: gltf::texture::Info<'_>| {
-        info.texture_transform().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord())
-    };
+    let of = |info: gltf::texture::Info<'_>| info.texture_transform().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord());
     pbr.base_color_texture()
         .or_else(|| pbr.metallic_roughness_texture())
         .or_else(|| material.emissive_texture())
@@ -67,9 +65,7 @@ fn read(
         })
         .transpose()?;
     if other_sets {
-        warnings.push(format!(
-            "{place} uses several sets of texture coordinates; all its textures use set {set}"
-        ));
+        warnings.push(format!("{place} uses several sets of texture coordinates; all its textures use set {set}"));
     }
     let mut unread = |what: &str, present: bool| {
         if present {
@@ -96,9 +92,7 @@ fn read(
         // The extension gives 0 the meaning "reflects everything"; below 1 makes no sense otherwise.
         ior: gltf.ior().map_or(1.5, |ior| if ior == 0.0 { 1e4 } else { ior.max(1.0) }),
         thickness_m: volume.as_ref().map_or(0.0, |v| v.thickness_factor().max(0.0)),
-        attenuation_color: volume
-            .as_ref()
-            .map_or([1.0; 3], gltf::material::Volume::attenuation_color),
+        attenuation_color: volume.as_ref().map_or([1.0; 3], gltf::material::Volume::attenuation_color),
         attenuation_distance_m: volume.map_or(f32::INFINITY, |v| v.attenuation_distance()),
         alpha: match gltf.alpha_mode() {
             AlphaMode::Opaque => Alpha::Opaque,
@@ -125,11 +119,7 @@ fn normal_transform(normal: &gltf::material::NormalTexture<'_>, using: TextureUs
     using.with_transform(pair("scale", 1.0), rotation, pair("offset", 0.0))
 }
 
-fn texture_use(
-    source: &Source<'_>,
-    texture: &gltf::Texture<'_>,
-    images: &mut Images,
-) -> Result<TextureUse, SceneError> {
+fn texture_use(source: &Source<'_>, texture: &gltf::Texture<'_>, images: &mut Images) -> Result<TextureUse, SceneError> {
     let image = source.document.as_json().textures[texture.index()].source.value();
     let sampler = texture.sampler();
     let wrap = [sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {

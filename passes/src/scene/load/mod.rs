@@ -32,11 +32,7 @@ struct Source<'a> {
 
 impl Source<'_> {
     /// An error at a place in this file.
-    fn malformed(
-        &self,
-        place: impl Into<String>,
-        problem: impl Into<String>,
-    ) -> SceneError {
+    fn malformed(&self, place: impl Into<String>, problem: impl Into<String>) -> SceneError {
         malformed(self.file, place, problem)
     }
 }
@@ -48,8 +44,7 @@ fn malformed(file: &str, place: impl Into<String>, problem: impl Into<String>) -
 
 /// Loads a file; relative URIs start from its folder.
 pub(super) fn file(path: &Path) -> Result<Scene, SceneError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| SceneError::Read { file: path.into(), source })?;
+    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { file: path.into(), source })?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let folder = path.parent().unwrap_or(Path::new(""));
     scene(&bytes, &path.display().to_string(), stem.unwrap_or_default(), Some(folder))
@@ -60,12 +55,7 @@ pub(super) fn slice(bytes: &[u8], name: &str) -> Result<Scene, SceneError> {
     scene(bytes, name, name.to_owned(), None)
 }
 
-fn scene(
-    bytes: &[u8],
-    file: &str,
-    name: String,
-    folder: Option<&Path>,
-) -> Result<Scene, SceneError> {
+fn scene(bytes: &[u8], file: &str, name: String, folder: Option<&Path>) -> Result<Scene, SceneError> {
     let (document, blob) = container::parse(file, bytes)?;
     let buffers = Buffers::load(file, folder, &document, blob)?;
     let source = Source { file, folder, document: &document, buffers: &buffers };

@@ -46,10 +46,7 @@ pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneEr
         let json = &source.document.as_json().nodes[index];
         if let Some(camera) = json.camera {
             let camera = camera.value();
-            cameras.extend(
-                read_camera(source, camera, node.name(), world_from_node, &mut warnings)?
-                    .map(|read| (camera, read)),
-            );
+            cameras.extend(read_camera(source, camera, node.name(), world_from_node, &mut warnings)?.map(|read| (camera, read)));
         }
         let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
@@ -69,10 +66,8 @@ fn roots(source: &Source<'_>) -> Vec<usize> {
     if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
         return scene.nodes().map(|node| node.index()).collect();
     }
-    let children: BTreeSet<usize> = document
-        .nodes()
-        .flat_map(|node| node.children().map(|child| child.index()).collect::<Vec<_>>())
-        .collect();
+    let children: BTreeSet<usize> =
+        document.nodes().flat_map(|node| node.children().map(|child| child.index()).collect::<Vec<_>>()).collect();
     (0..document.nodes().len()).filter(|index| !children.contains(index)).collect()
 }
 
@@ -112,11 +107,7 @@ fn read_camera(
     Ok(Some(Camera::from_node(&name, world_from_node, yfov)))
 }
 
-fn read_light(
-    source: &Source<'_>,
-    index: usize,
-    world_from_node: Mat4,
-) -> Result<Light, SceneError> {
+fn read_light(source: &Source<'_>, index: usize, world_from_node: Mat4) -> Result<Light, SceneError> {
     let extensions = source.document.as_json().extensions.as_ref();
     let lights = extensions.and_then(|e| e.khr_lights_punctual.as_ref()).map(|e| &e.lights);
     let Some(json) = lights.and_then(|lights| lights.get(index)) else {
@@ -128,12 +119,9 @@ fn read_light(
         return Err(source.malformed(place, format!("its colour times intensity is {strength}")));
     }
     let position_world = world_from_node.w_axis.truncate();
-    let direction_world =
-        world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
+    let direction_world = world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
     Ok(match json.type_ {
-        Checked::Valid(punctual::Type::Directional) => {
-            Light::Directional { direction_world, irradiance: strength }
-        }
+        Checked::Valid(punctual::Type::Directional) => Light::Directional { direction_world, irradiance: strength },
         Checked::Valid(punctual::Type::Spot) => {
             let spot = json.spot.clone().unwrap_or_default();
             let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
@@ -144,8 +132,6 @@ fn read_light(
             let (cos_inner, cos_outer) = light::ordered_cosines(inner.cos(), outer.cos());
             Light::Spot { position_world, direction_world, intensity: strength, cos_inner, cos_outer }
         }
-        Checked::Valid(punctual::Type::Point) | Checked::Invalid => {
-            Light::Point { position_world, intensity: strength }
-        }
+        Checked::Valid(punctual::Type::Point) | Checked::Invalid => Light::Point { position_world, intensity: strength },
     })
 }

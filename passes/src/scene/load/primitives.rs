@@ -53,10 +53,8 @@ fn decode(
     let Some(accessor) = primitive.get(&Semantic::Positions) else {
         return Err(source.malformed(place, "it has no POSITION"));
     };
-    let positions: Vec<Vec3> = accessor::read_vectors(source, &accessor, &what("POSITION"))?
-        .into_iter()
-        .map(Vec3::from_array)
-        .collect();
+    let positions: Vec<Vec3> =
+        accessor::read_vectors(source, &accessor, &what("POSITION"))?.into_iter().map(Vec3::from_array).collect();
     if let Some(vertex) = positions.iter().position(|p| !p.is_finite()) {
         let place = format!("{place}, POSITION, accessor {}", accessor.index());
         let problem = format!("vertex {vertex} is {}, not a finite point", positions[vertex]);
@@ -92,11 +90,7 @@ fn decode(
         None => (0..positions.len() as u32).collect(),
     };
     if let Some(at) = indices.iter().position(|&index| index as usize >= positions.len()) {
-        let problem = format!(
-            "index {at} is {}, but there are {} vertices",
-            indices[at],
-            positions.len()
-        );
+        let problem = format!("index {at} is {}, but there are {} vertices", indices[at], positions.len());
         return Err(source.malformed(what("indices"), problem));
     }
     let mode = primitive.mode();
@@ -148,9 +142,7 @@ impl Geometry {
             };
             let flat = triangle.normal_world();
             triangle.normals_world = match &self.normals {
-                Some(normals) => {
-                    corners.map(|i| (normal_matrix * normals[i]).try_normalize().unwrap_or(flat))
-                }
+                Some(normals) => corners.map(|i| (normal_matrix * normals[i]).try_normalize().unwrap_or(flat)),
                 None => [flat; 3],
             };
             out.push(triangle);
@@ -160,11 +152,7 @@ impl Geometry {
 
 /// The inverse transpose times the determinant; it exists for singular matrices too.
 fn cofactor(m: Mat3) -> Mat3 {
-    Mat3::from_cols(
-        m.y_axis.cross(m.z_axis),
-        m.z_axis.cross(m.x_axis),
-        m.x_axis.cross(m.y_axis),
-    )
+    Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
 }
 
 #[cfg(test)]

@@ -69,10 +69,7 @@ fn buffers_hold_the_scene() {
 fn a_device_that_is_too_small_is_named() {
     let Some(gpu) = Gpu::for_tests() else { return };
     let small = wgpu::DeviceDescriptor {
-        required_limits: wgpu::Limits {
-            max_storage_buffer_binding_size: 1 << 16,
-            ..wgpu::Limits::default()
-        },
+        required_limits: wgpu::Limits { max_storage_buffer_binding_size: 1 << 16, ..wgpu::Limits::default() },
         ..wgpu::DeviceDescriptor::default()
     };
     let mut request = std::pin::pin!(gpu.adapter.request_device(&small));

@@ -107,7 +107,13 @@ fn accessors_that_overrun() {
     let signed = Document::default().accessors.replacen("5123", "5122", 1);
     refused(&with(|d| d.accessors = signed), &["indices, accessor 1", "expected unsigned scalars"]);
     let zeros = r#"{"componentType":5126,"count":99999999999,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":1,"componentType":5123},"values":{"bufferView":0}}}"#;
-    refused(&with(|d| { d.accessors = zeros.into(); d.primitives = r#"{"attributes":{"POSITION":0}}"#.into(); }), &["without data"]);
+    refused(
+        &with(|d| {
+            d.accessors = zeros.into();
+            d.primitives = r#"{"attributes":{"POSITION":0}}"#.into();
+        }),
+        &["without data"],
+    );
 }
 
 #[test]
@@ -178,8 +184,7 @@ fn cyclic_and_shared_nodes() {
 
 #[test]
 fn a_chain_of_many_nodes_does_not_exhaust_the_stack() {
-    let nodes: Vec<String> =
-        (1..20_000).map(|i| format!(r#"{{"children":[{i}]}}"#)).chain([r#"{"mesh":0}"#.into()]).collect();
+    let nodes: Vec<String> = (1..20_000).map(|i| format!(r#"{{"children":[{i}]}}"#)).chain([r#"{"mesh":0}"#.into()]).collect();
     let scene = with(|d| d.nodes = nodes.join(",")).load().unwrap();
     assert_eq!(scene.triangles.len(), 1);
 }

@@ -3,8 +3,8 @@
 mod broken;
 mod sound;
 
-use base64::Engine as _;
 use crate::scene::{Scene, SceneError};
+use base64::Engine as _;
 
 /// Little-endian bytes of floats.
 fn floats(values: &[f32]) -> Vec<u8> {

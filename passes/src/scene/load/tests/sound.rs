@@ -186,10 +186,8 @@ fn a_scene_without_light_or_surface_of_interest_says_so() {
 
 /// The folder of the shared scenes, when it is there.
 fn shared(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("LIGHTLOOM_SHARED").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")),
-        PathBuf::from,
-    );
+    let root = std::env::var_os("LIGHTLOOM_SHARED")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")), PathBuf::from);
     let path = root.join("scenes").join(name);
     if path.exists() {
         return Some(path);
@@ -216,9 +214,7 @@ fn shared_scenes_load_whole() {
         assert_eq!(scene.cameras.len(), cameras, "{name}: cameras");
         assert!(triangles == 0 || scene.triangles.len() == triangles, "{name}: {}", scene.triangles.len());
         let expected: &[&str] = match name {
-            "chess_glass.glb" => {
-                &["3 of 178852 triangles have no area or no finite position and were dropped"]
-            }
+            "chess_glass.glb" => &["3 of 178852 triangles have no area or no finite position and were dropped"],
             _ => &[],
         };
         assert_eq!(scene.warnings, expected, "{name}");
