@@ -4,6 +4,7 @@ use crate::{BufferDesc, TextureDesc};
 use std::{fmt::Debug, sync::Arc};
 
 mod sealed {
+    #[expect(unnameable_types, reason = "no other crate can add a kind of resource")]
     pub trait Sealed {}
     impl Sealed for super::Texture {}
     impl Sealed for super::Buffer {}

@@ -125,7 +125,6 @@ pub(crate) struct Output {
 /// One entry point.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
-    pub(crate) name: String,
     pub(crate) bindings: Vec<Binding>,
     /// Bindings the module declares and this entry point does not use.
     pub(crate) unused: Vec<String>,
@@ -217,7 +216,7 @@ pub(crate) fn entry(reflected: &Reflected, flat: &FlatWgsl, stage: ShaderStage, 
         });
     }
     let (outputs, writes_depth) = if stage == ShaderStage::Fragment { outputs(module, index, flat)? } else { (Vec::new(), false) };
-    Ok(Entry { name: name.to_owned(), bindings, unused, outputs, writes_depth, workgroup_bytes })
+    Ok(Entry { bindings, unused, outputs, writes_depth, workgroup_bytes })
 }
 
 fn view(dimension: ImageDimension, arrayed: bool) -> View {

@@ -26,6 +26,7 @@ struct RasterKey {
     core: ShaderCore,
     cull: Option<wgpu::Face>,
     blend: Option<wgpu::BlendState>,
+    depth_compare: wgpu::CompareFunction,
     formats: Formats,
 }
 
@@ -75,7 +76,7 @@ impl Pipelines {
     }
 
     pub(super) fn raster(&mut self, gate: &Gate, shader: &RasterShader, formats: Formats, frame: u64) -> Result<Rc<Raster>, GraphError> {
-        let key = RasterKey { core: shader.core.clone(), cull: shader.cull, blend: shader.blend, formats };
+        let key = RasterKey { core: shader.core.clone(), cull: shader.cull, blend: shader.blend, depth_compare: shader.depth_compare, formats };
         if let Some((found, last)) = self.raster.get_mut(&key) {
             *last = frame;
             return Ok(Rc::clone(found));
@@ -100,7 +101,7 @@ impl Pipelines {
                 depth_stencil: key.formats.depth.map(|format| wgpu::DepthStencilState {
                     format,
                     depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Less),
+                    depth_compare: Some(shader.depth_compare),
                     stencil: wgpu::StencilState::default(),
                     bias: wgpu::DepthBiasState::default(),
                 }),
