@@ -1,0 +1,21 @@
+//! What the tests that cross Lightloom's crates share. The proofs themselves are in `tests/proof/`.
+//!
+//! ```text
+//! lab         an adapter, the passes, and one call for each experiment
+//! image       pictures in f64: means, standard errors, what lies within three of them
+//! kernel      the cone kernel's moments and its share inside a rectangle, in closed form
+//! synthetic   photons and G-buffers made by hand, as an engine would bring its own
+//! reference   pictures by an independent renderer, where they are present
+//! ```
+//!
+//! Everything here computes in f64 and by other formulas than the shaders, so that a proof does not check code
+//! against itself.
+
+mod image;
+pub mod kernel;
+mod lab;
+pub mod reference;
+pub mod synthetic;
+
+pub use image::{Image, Mean, Pixels};
+pub use lab::{Estimates, Frame, Lab, PathImages, Traced, View, strategies};

@@ -1,0 +1,14 @@
+//! Proofs of what Lightloom computes, on the software adapter: each against a closed form, an identity or an independent
+//! renderer. Every tolerance is derived or its reason stated where it is used; all seeds are fixed.
+
+mod closed_box;
+mod closed_sphere;
+mod determinism;
+mod discs;
+mod equality;
+mod ledger;
+mod plane;
+mod references;
+mod shaders;
+mod sharing;
+mod traversal;

@@ -1,0 +1,125 @@
+//! naga parses and validates every shader; structs and constants that Rust and WGSL both state are compared.
+
+use lightloom_graph::{Field, ShaderStruct};
+use lightloom_passes::scene::{bvh, gpu_types};
+use lightloom_passes::{CameraUniform, LightInfo, Photon, PhotonFlags, PhotonState, Ray, RayHit, shaders};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{Expression, Literal, Module, TypeInner};
+use std::collections::BTreeSet;
+
+/// The flattened file, parsed and validated for any WebGPU device.
+fn module(path: &str) -> Module {
+    let flat = shaders().flatten(path).unwrap_or_else(|error| panic!("{error}"));
+    let module =
+        naga::front::wgsl::parse_str(flat.source()).unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
+    // No capability beyond WebGPU's.
+    let validated = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+    validated.unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
+    module
+}
+
+#[test]
+fn naga_validates_every_shader() {
+    let mut covered = BTreeSet::new();
+    let mut entry_points = 0;
+    for (path, text) in lightloom_shaders::FILES {
+        let has_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
+        assert_eq!(has_entry, !path.starts_with("shared/"), "{path}: entry points live outside of shared/");
+        if !has_entry {
+            continue;
+        }
+        let module = module(path);
+        let stem = path.rsplit('/').next().and_then(|file| file.strip_suffix(".wgsl")).unwrap_or(path);
+        for entry in &module.entry_points {
+            entry_points += 1;
+            let expected = [stem.to_owned(), format!("{stem}_vertex"), format!("{stem}_fragment")];
+            assert!(expected.contains(&entry.name), "{path}: entry point `{}` is named after its file", entry.name);
+        }
+        let flat = shaders().flatten(path).expect("it was flattened above");
+        covered.insert(*path);
+        for (shared, _) in lightloom_shaders::FILES {
+            if (1..=flat.source().lines().count()).any(|line| flat.locate(line as u32).0 == *shared) {
+                covered.insert(shared);
+            }
+        }
+    }
+    println!("{entry_points} entry points");
+    for (path, _) in lightloom_shaders::FILES {
+        assert!(covered.contains(path), "{path} is used by no entry point, so nothing checks it");
+    }
+}
+
+/// Name, offset and size of the members of a WGSL struct, and its size.
+fn wgsl_layout(module: &Module, name: &str) -> Option<(Vec<(String, usize, usize)>, usize)> {
+    let members = |(_, ty): (_, &naga::Type)| match &ty.inner {
+        TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => Some((members.clone(), *span)),
+        _ => None,
+    };
+    let (members, span) = module.types.iter().find_map(members)?;
+    let layout = members
+        .iter()
+        .map(|member| {
+            let size = module.types[member.ty].inner.size(module.to_ctx());
+            (member.name.clone().unwrap_or_default(), member.offset as usize, size as usize)
+        })
+        .collect();
+    Some((layout, span as usize))
+}
+
+fn compare<T: ShaderStruct>(module: &Module, wgsl: &str) {
+    let (members, span) = wgsl_layout(module, wgsl).unwrap_or_else(|| panic!("no WGSL struct `{wgsl}`"));
+    let is_pad = |name: &str| name.starts_with("pad");
+    let rust: Vec<(String, usize, usize)> =
+        T::FIELDS.iter().map(|&Field { name, offset, size }| (name.to_owned(), offset, size)).collect();
+    let real = |fields: &[(String, usize, usize)]| -> Vec<(String, usize, usize)> {
+        fields.iter().filter(|(name, ..)| !is_pad(name)).cloned().collect()
+    };
+    assert_eq!(real(&rust), real(&members), "{wgsl}: name, offset and size; left Rust, right WGSL");
+    assert_eq!(size_of::<T>(), span, "{wgsl}: size");
+}
+
+#[test]
+fn structs_lie_alike_in_rust_and_wgsl() {
+    let trace = module("passes/photon_trace.wgsl");
+    compare::<gpu_types::BvhTriangle>(&trace, "BvhTriangle");
+    compare::<gpu_types::TriangleAttributes>(&trace, "TriangleAttributes");
+    compare::<gpu_types::TextureSlot>(&trace, "TextureSlot");
+    compare::<gpu_types::Material>(&trace, "Material");
+    compare::<gpu_types::Light>(&trace, "Light");
+    compare::<LightInfo>(&trace, "LightInfo");
+    compare::<Photon>(&trace, "Photon");
+    compare::<PhotonState>(&module("passes/photon_compact.wgsl"), "PhotonState");
+    compare::<CameraUniform>(&module("passes/direct.wgsl"), "Camera");
+    let rays = module("passes/trace_rays.wgsl");
+    compare::<Ray>(&rays, "Ray");
+    compare::<RayHit>(&rays, "RayHit");
+}
+
+fn constant(module: &Module, name: &str) -> u32 {
+    let (_, constant) = module
+        .constants
+        .iter()
+        .find(|(_, constant)| constant.name.as_deref() == Some(name))
+        .unwrap_or_else(|| panic!("no WGSL constant `{name}`"));
+    match module.global_expressions[constant.init] {
+        Expression::Literal(Literal::U32(value)) => value,
+        ref other => panic!("`{name}` is {other:?}"),
+    }
+}
+
+#[test]
+fn constants_are_alike_in_rust_and_wgsl() {
+    let trace = module("passes/photon_trace.wgsl");
+    let expect = |name: &str, value: u32| assert_eq!(constant(&trace, name), value, "`{name}`: left WGSL, right Rust");
+    expect("TRAVERSAL_STACK_SIZE", bvh::MAX_DEPTH);
+    expect("ALPHA_TESTED", gpu_types::ALPHA_TESTED);
+    expect("NO_HIT", RayHit::NONE);
+    expect("NO_LIGHT", gpu_types::NONE);
+    expect("NO_TEXTURE", gpu_types::NONE);
+    expect("MATERIAL_LAMBERT", gpu_types::MATERIAL_LAMBERT);
+    expect("PHOTON_CAUSTIC", PhotonFlags::CAUSTIC);
+    expect("PHOTON_LIGHT_ONLY", PhotonFlags::LIGHT_ONLY);
+    expect("LIGHT_POINT", gpu_types::LightKind::Point as u32);
+    expect("LIGHT_SPOT", gpu_types::LightKind::Spot as u32);
+    expect("LIGHT_DIRECTIONAL", gpu_types::LightKind::Directional as u32);
+}
