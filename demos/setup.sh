@@ -72,6 +72,10 @@ vulkan_present() {
 # A Vulkan device: on Linux, Mesa's software driver where there is none at all.
 need_vulkan() {
   [ "$(uname -s)" = Linux ] || return 0
+  # Without a display, Mesa's device-select layer has nothing to choose by and complains on stderr.
+  if [ -z "${XDG_RUNTIME_DIR:-}${DISPLAY:-}" ]; then
+    export NODEVICE_SELECT="${NODEVICE_SELECT:-1}"
+  fi
   vulkan_present && return 0
   install "no Vulkan driver found" mesa-vulkan-drivers libvulkan1
 }

@@ -43,7 +43,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "NAME", default_value = "tiled", value_parser = parse_strategy)]
     pub(crate) strategy: String,
     /// Paths per pixel of strategy `path`
-    #[arg(long, value_name = "N", default_value = "64", value_parser = parse_positive)]
+    #[arg(long, value_name = "N", default_value = "64", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) samples: u32,
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "path|FILE.exr")]
     pub(crate) reference: Option<PathBuf>,
     /// Paths per pixel of strategy `path` and of the reference
-    #[arg(long, value_name = "N", default_value = "256", value_parser = parse_positive)]
+    #[arg(long, value_name = "N", default_value = "256", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) samples: u32,
     /// Folder for the report and the images
     #[arg(short, long, value_name = "DIR")]
@@ -87,19 +87,19 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) camera: Option<String>,
     /// Photons emitted per frame, such as 250k or 1M
-    #[arg(long, value_name = "N", default_value = "1M", value_parser = parse_count)]
+    #[arg(long, value_name = "N", default_value = "1M", value_parser = parse_count, allow_negative_numbers = true)]
     pub(crate) photons: u32,
     /// Bounces of a path at most
-    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u32).range(0..=64))]
+    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u32).range(0..=64), allow_negative_numbers = true)]
     pub(crate) bounces: u32,
     /// Frames to average, each with other photons
-    #[arg(long, value_name = "N", default_value = "1", value_parser = parse_positive)]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) frames: u32,
     /// Constant search radius in metres; the strategy's own when not given
-    #[arg(long, value_name = "R", value_parser = parse_radius)]
+    #[arg(long, value_name = "R", value_parser = parse_radius, allow_negative_numbers = true)]
     pub(crate) radius: Option<f32>,
     /// First number of the random sequences; the same seed gives the same photons
-    #[arg(long, value_name = "N", default_value = "0")]
+    #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
     pub(crate) seed: u32,
     /// Filtering of the estimate over neighbouring pixels; `on` is not in this release
     #[arg(long, value_enum, default_value_t)]

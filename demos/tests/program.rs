@@ -76,6 +76,7 @@ fn sizes_and_counts_out_of_range_are_wrong_usage() {
     place.refuses(&format!("{line} --radius nan"), 2, &["--radius", "metres"]);
     place.refuses(&format!("{line} --bounces 65"), 2, &["--bounces", "64"]);
     place.refuses(&format!("{line} --frames 0"), 2, &["--frames"]);
+    place.refuses(&format!("{line} --seed -1"), 2, &["--seed"]);
 }
 
 #[test]
