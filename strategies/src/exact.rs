@@ -18,8 +18,9 @@
 
 use crate::parameter::Assignment;
 use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Strategy, StrategyError};
-use lightloom_passes::radiance_desc;
+use lightloom_graph::wgpu::Limits;
 use lightloom_graph::{BufferDesc, ComputeShader, Graph, WgslSources, shader_struct};
+use lightloom_passes::radiance_desc;
 
 /// Pairs of pixel and photon in one dispatch.
 const PAIRS_PER_DISPATCH: u64 = 1 << 28;
@@ -93,6 +94,14 @@ impl Strategy for Exact {
         let photons = frame.need_photons(Self::NAME)?;
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
         let pixels = u64::from(frame.size[0]) * u64::from(frame.size[1]);
+        if 16 * pixels > Limits::defaults().max_storage_buffer_binding_size {
+            let value = format!("{}×{}", frame.size[0], frame.size[1]);
+            return Err(StrategyError::BadSetting {
+                setting: "size",
+                value,
+                expected: "strategy `exact` sums at most 8388608 pixels",
+            });
+        }
 
         let mut indirect_sum = graph.buffer("exact_indirect_sum", BufferDesc::bytes(16 * pixels));
         let mut caustic_sum = graph.buffer("exact_caustic_sum", BufferDesc::bytes(16 * pixels));

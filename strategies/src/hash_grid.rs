@@ -10,7 +10,7 @@
 //! ```
 //!
 //! [MML13] listing 3, without subsampling: open addressing, quadratic (triangular) probing, a power-of-two table of at least twice as many
-//! slots as photons, cells of edge s a little above 2 r_max. All three cell coordinates are compared. Sums the photons `exact` sums, in another
+//! slots as photons, cells of edge s a little above `2 r_max`. All three cell coordinates are compared. Sums the photons `exact` sums, in another
 //! order. Biased for any radius above 0; consistent as radii shrink and photons grow. Depends on the eye nowhere before
 //! the gathering, so one grid serves any number of views.
 //!
@@ -24,7 +24,7 @@ use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSour
 use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{Photons, PrefixSum, radiance_desc};
 
-/// Cells are this much wider than 2 r_max, so that rounding never makes the search cube touch a third cell.
+/// Cells are this much wider than `2 r_max`, so that rounding never makes the search cube touch a third cell.
 const CELL_SLACK: f32 = 1.0001;
 /// Cells per axis at the most: their coordinates keep whole numbers of an f32.
 const MAX_CELLS: f32 = 1e6;
@@ -63,7 +63,7 @@ shader_struct! {
 /// What a user can choose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HashGridConfig {
-    /// Kernel radii (m). The cells follow r_max.
+    /// Kernel radii (m). The cells follow `r_max`.
     pub radius: KernelRadius,
 }
 
@@ -198,7 +198,7 @@ impl Strategy for HashGrid {
     }
 }
 
-/// The grid for photons of radius up to r_max, with the table at most half full.
+/// The grid for photons of radius up to `r_max`, with the table at most half full.
 fn grid(scene: &SceneInfo, radii: Radii, photons: u32) -> Grid {
     let extent = 2.0 * scene.bounds_radius;
     // Radii far below a millionth of the scene would overflow the coordinates; wider cells only cost time.

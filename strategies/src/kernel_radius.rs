@@ -1,38 +1,38 @@
 //! The radius of the density estimate's kernel: one meaning for all strategies.
 //!
-//! A photon's radius is r = r_min + (r_max − r_min) √(1 − ρ) [MML13] Eq. 4, where ρ is the a priori probability of its
-//! path: r_min for photons that took specular paths (caustics), nearly r_max after diffuse bounces.
+//! A photon's radius is `r = r_min + (r_max − r_min) √(1 − ρ)` [MML13] Eq. 4, where ρ is the a priori probability of its
+//! path: `r_min` for photons that took specular paths (caustics), nearly `r_max` after diffuse bounces.
 //!
 //! Raising the radii trades noise for blur: variance falls as r⁻², bias grows as r². With fixed radii the estimate is
 //! biased and stays so for any number of photons; it converges when the radii shrink as photons are added.
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
-use crate::parameter::{Assignment, Parameter};
 use crate::StrategyError;
+use crate::parameter::{Assignment, Parameter};
 use lightloom_passes::scene::SceneInfo;
 use std::f32::consts::PI;
 
-/// Photons the automatic r_max would hold if the frame's photons were spread evenly over all surfaces: relative noise near
+/// Photons the automatic `r_max` would hold if the frame's photons were spread evenly over all surfaces: relative noise near
 /// 1/√75 = 12 % per pixel and channel, before any filter.
 const PHOTONS_PER_DISC: f32 = 75.0;
-/// Automatic r_min as a share of r_max: caustics gather 16 times and more flux per area than their surroundings.
+/// Automatic `r_min` as a share of `r_max`: caustics gather 16 times and more flux per area than their surroundings.
 const R_MIN_SHARE: f32 = 0.25;
 
 /// Radii as a user states them; `None` is automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KernelRadius {
-    /// Radius of photons of the most probable paths (m). Automatic: a quarter of r_max.
+    /// Radius of photons of the most probable paths (m). Automatic: a quarter of `r_max`.
     pub r_min_m: Option<f32>,
     /// Radius of photons of the least probable paths (m).
     ///
-    /// Automatic: r_max = √(75 A / (π N)), A the area of all surfaces (m²), N the photons emitted in the frame. With a scene's
+    /// Automatic: `r_max = √(75 A / (π N))`, A the area of all surfaces (m²), N the photons emitted in the frame. With a scene's
     /// usual albedo near one half, about as many photons are stored as are emitted, and so a disc of
     /// this radius on an evenly lit surface holds about 75 photons.
     pub r_max_m: Option<f32>,
 }
 
-/// Radii of one frame, both positive, r_min ≤ r_max.
+/// Radii of one frame, both positive, `r_min ≤ r_max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radii {
     /// Smallest kernel radius (m).
@@ -49,16 +49,15 @@ impl KernelRadius {
 
     /// The radii for a frame of `emitted` photons.
     ///
-    /// An automatic radius gives way to a stated one: a stated r_min above the automatic r_max raises that.
+    /// An automatic radius gives way to a stated one: a stated `r_min` above the automatic `r_max` raises that.
     pub fn resolve(&self, scene: &SceneInfo, emitted: u32) -> Result<Radii, StrategyError> {
         let automatic = (PHOTONS_PER_DISC * scene.surface_area / (PI * emitted.max(1) as f32)).sqrt();
         // A scene without area still needs a positive radius; nothing will be gathered there.
         let automatic = if automatic.is_finite() && automatic > 0.0 { automatic } else { 1.0 };
         let r_max_m = self.r_max_m.unwrap_or_else(|| automatic.max(self.r_min_m.unwrap_or(0.0)));
         let r_min_m = self.r_min_m.unwrap_or(R_MIN_SHARE * r_max_m);
-        let refuse = |setting, value: f32, expected| {
-            Err(StrategyError::BadSetting { setting, value: value.to_string(), expected })
-        };
+        let refuse =
+            |setting, value: f32, expected| Err(StrategyError::BadSetting { setting, value: value.to_string(), expected });
         if !(r_max_m.is_finite() && r_max_m > 0.0) {
             return refuse("r_max", r_max_m, "a positive length in metres is needed");
         }
@@ -88,8 +87,16 @@ impl KernelRadius {
 
     pub(crate) fn parameters(&self) -> Vec<Parameter> {
         vec![
-            Parameter::new("r_min", self.r_min_m, "kernel radius of caustic photons (m); raising it blurs caustics and calms their noise"),
-            Parameter::new("r_max", self.r_max_m, "kernel radius of diffusely scattered photons (m); raising it blurs and calms noise"),
+            Parameter::new(
+                "r_min",
+                self.r_min_m,
+                "kernel radius of caustic photons (m); raising it blurs caustics and calms their noise",
+            ),
+            Parameter::new(
+                "r_max",
+                self.r_max_m,
+                "kernel radius of diffusely scattered photons (m); raising it blurs and calms noise",
+            ),
         ]
     }
 }

@@ -32,9 +32,9 @@ mod registry;
 mod requirements;
 mod strategy;
 mod surface_layers;
-mod tiled;
 #[cfg(test)]
 mod test_scene;
+mod tiled;
 
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
@@ -44,7 +44,8 @@ pub use parameter::Parameter;
 pub use path::{Path, PathConfig};
 pub use photon_lists::{PhotonLists, SortLists};
 pub use pipeline::{
-    Flux, Frame, FrameLayers, Layer, LayerImage, LightLayer, PassReport, PhotonReport, Pipeline, RenderProgress, Rendered, Settings,
+    Flux, Frame, FrameLayers, Layer, LayerImage, LightLayer, PassReport, PhotonReport, Pipeline, RenderProgress, Rendered,
+    Settings,
 };
 pub use registry::{Entry, by_name, registry};
 pub use requirements::Requirements;

@@ -33,12 +33,7 @@ pub(crate) struct Assignment<'a> {
 impl Assignment<'_> {
     /// The error for a value that does not fit.
     pub(crate) fn refuse(&self, expected: &'static str) -> StrategyError {
-        StrategyError::BadValue {
-            strategy: self.strategy,
-            key: self.key.to_owned(),
-            value: self.value.to_owned(),
-            expected,
-        }
+        StrategyError::BadValue { strategy: self.strategy, key: self.key.to_owned(), value: self.value.to_owned(), expected }
     }
 
     /// The error for a key that no parameter has.
@@ -52,7 +47,11 @@ impl Assignment<'_> {
     }
 
     /// The value as `T` where `fits`, `None` for `auto`.
-    pub(crate) fn parse<T: FromStr>(&self, fits: impl Fn(&T) -> bool, expected: &'static str) -> Result<Option<T>, StrategyError> {
+    pub(crate) fn parse<T: FromStr>(
+        &self,
+        fits: impl Fn(&T) -> bool,
+        expected: &'static str,
+    ) -> Result<Option<T>, StrategyError> {
         if self.value == "auto" {
             return Ok(None);
         }

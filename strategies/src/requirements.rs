@@ -34,11 +34,13 @@ mod tests {
         let default = Requirements::default();
         assert!(default.missing(wgpu::Features::empty(), &wgpu::Limits::default()).is_empty(), "WebGPU is enough");
 
-        let mut limits = wgpu::Limits::default();
-        limits.max_storage_buffers_per_shader_stage = 4;
+        let limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..wgpu::Limits::default() };
         let greedy = Requirements { features: wgpu::Features::TIMESTAMP_QUERY, ..Requirements::default() };
         let missing = greedy.missing(wgpu::Features::empty(), &limits);
         assert_eq!(missing.len(), 2, "{missing:?}");
-        assert!(missing[0].contains("TIMESTAMP_QUERY") && missing[1].contains("max_storage_buffers_per_shader_stage"), "{missing:?}");
+        assert!(
+            missing[0].contains("TIMESTAMP_QUERY") && missing[1].contains("max_storage_buffers_per_shader_stage"),
+            "{missing:?}"
+        );
     }
 }

@@ -140,16 +140,17 @@ impl Tiled {
 
     /// Both loops over photons of listing 5; `offsets` of zero and a capacity of zero make it the counting pass.
     fn insert(&self, graph: &mut Graph<'_>, name: &str, photons: &Photons, params: &InsertParams, io: InsertBuffers<'_>) {
+        let InsertBuffers { bounds, offsets, counts, entries } = io;
         graph
             .compute(&self.insert)
             .name(name)
             .params(params)
             .read("photons", &photons.records)
             .read("photon_state", &photons.state)
-            .read("tile_bounds", io.bounds)
-            .read("tile_offsets", io.offsets)
-            .write("tile_counts", io.counts)
-            .write("tile_entries", io.entries)
+            .read("tile_bounds", bounds)
+            .read("tile_offsets", offsets)
+            .write("tile_counts", counts)
+            .write("tile_entries", entries)
             .dispatch_1d(photons.capacity);
     }
 

@@ -50,19 +50,16 @@ fn views() -> [(&'static str, CameraUniform); 3] {
 }
 
 fn strategy(name: &str, settings: &[(&str, &str)]) -> Box<dyn Strategy> {
-    let mut strategy = by_name(name).unwrap();
+    let mut strategy = by_name(name).expect("the strategy exists");
     for (key, value) in settings {
-        strategy.set(key, value).unwrap();
+        strategy.set(key, value).expect("the parameter exists");
     }
     strategy
 }
 
 /// The radii of the tests: constant; varying with the path probability; wider than the room between eye and floor.
-const RADII: [[(&str, &str); 2]; 3] = [
-    [("r_min", "0.3"), ("r_max", "0.3")],
-    [("r_min", "0.05"), ("r_max", "0.4")],
-    [("r_min", "1.5"), ("r_max", "2.5")],
-];
+const RADII: [[(&str, &str); 2]; 3] =
+    [[("r_min", "0.3"), ("r_max", "0.3")], [("r_min", "0.05"), ("r_max", "0.4")], [("r_min", "1.5"), ("r_max", "2.5")]];
 
 /// Rounding: each of up to n summands, all positive, brings half an ulp of the sum, however they are ordered; each summand is
 /// the same number in every strategy. n < 3000 gives 3000 · 2⁻²⁴ = 1.8e-4 at the very worst; errors of random sign,
@@ -71,11 +68,14 @@ const ROUNDING: f32 = 2e-5;
 
 fn assert_equal(a: &Images, b: &Images, what: &str) {
     for (layer, a, b) in [("indirect", &a.indirect, &b.indirect), ("caustic", &a.caustic, &b.caustic)] {
-        assert_eq!(a.len(), b.len());
+        assert_eq!(a.len(), b.len(), "{what}: {layer}");
         for (index, (a, b)) in a.iter().zip(b).enumerate() {
             for channel in 0..3 {
                 let (a, b) = (a[channel], b[channel]);
-                assert!(a.is_finite() && (a - b).abs() <= ROUNDING * a.abs(), "{what}: {layer}, pixel {index}, channel {channel}: {a} {b}");
+                assert!(
+                    a.is_finite() && (a - b).abs() <= ROUNDING * a.abs(),
+                    "{what}: {layer}, pixel {index}, channel {channel}: {a} {b}"
+                );
             }
         }
     }
@@ -91,11 +91,11 @@ fn exact_is_its_formula() {
     for (index, (position, surface)) in view.position.iter().zip(&view.surface).enumerate() {
         let gathers = surface[3] != 0 && surface[3] & SPECULAR == 0;
         let sum = if gathers { density_estimate(position, surface, &photons[..600], 0.05, 0.4) } else { [0.0; 3] };
-        for channel in 0..3 {
-            let gpu = f64::from(images.indirect[index][channel]);
+        for (&gpu, sum) in images.indirect[index].iter().zip(sum) {
+            let gpu = f64::from(gpu);
             // Directions are 16-bit codes decoded in 32-bit floats on one side and the other: 1e-4 near the cut of normals and at
             // grazing directions is their rounding, not an error of the sum.
-            assert!((gpu - sum[channel]).abs() <= 1e-4 * sum[channel] + 1e-6, "pixel {index}: {gpu} {}", sum[channel]);
+            assert!((gpu - sum).abs() <= 1e-4 * sum + 1e-6, "pixel {index}: {gpu} {sum}");
         }
         lit += u32::from(sum[0] > 0.0);
     }
@@ -109,7 +109,7 @@ fn density_estimate(position: &[f32; 4], surface: &[u32; 4], photons: &[Photon],
     let normal = decode_octahedral(surface[1]);
     let mut sum = [0.0; 3];
     for photon in photons {
-        let rho = [1.0, 0.5, 0.25, 0.0][PROBABILITIES.iter().position(|&p| p == photon.length_probability >> 16).unwrap()];
+        let rho = [1.0, 0.5, 0.25, 0.0][PROBABILITIES.iter().position(|&p| p == photon.length_probability >> 16).unwrap_or(0)];
         let r = r_min + (r_max - r_min) * f64::sqrt(1.0 - rho);
         let s = Vec3::from(photon.position).as_dvec3().distance(point);
         let from = -decode_octahedral(photon.direction);
@@ -120,9 +120,9 @@ fn density_estimate(position: &[f32; 4], surface: &[u32; 4], photons: &[Photon],
         let kernel = CUT.min(1.0 - s / r) / integral;
         let cosine = f64::from(from.dot(normal));
         let flux = decode_flux(photon.flux).as_dvec3().to_array();
-        for channel in 0..3 {
+        for (sum, flux) in sum.iter_mut().zip(flux) {
             // The shading-normal correction of equal normals, cos / (cos + 1e-4), is part of the shader's definition.
-            sum[channel] += flux[channel] / std::f64::consts::PI * kernel * cosine / (cosine + 1e-4);
+            *sum += flux / std::f64::consts::PI * kernel * cosine / (cosine + 1e-4);
         }
     }
     sum

@@ -30,8 +30,12 @@ fn lists_of_any_length_are_sorted_in_place() {
         graph.import_buffer(name, BufferDesc::words(words.len() as u64), buffer)
     };
     let lists = offsets.len() as u32 - 1;
-    let mut photon_lists =
-        PhotonLists { offsets: import("offsets", &offsets), entries: import("entries", &entries), lists, entry_capacity: capacity };
+    let mut photon_lists = PhotonLists {
+        offsets: import("offsets", &offsets),
+        entries: import("entries", &entries),
+        lists,
+        entry_capacity: capacity,
+    };
     SortLists::new(&lightloom_passes::shaders()).unwrap().add(&mut graph, &mut photon_lists);
     let readback = graph.readback_buffer(&photon_lists.entries);
     let sorted = executor.execute(graph).unwrap().cast::<u32>(readback);

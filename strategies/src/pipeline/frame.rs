@@ -90,10 +90,8 @@ impl Pipeline {
             self.gbuffer.add(graph, scene, camera, &visibility)
         });
         let surfaces = self.surface.add(graph, camera, &gbuffer);
-        let photons = self
-            .strategy
-            .uses_photons()
-            .then(|| self.photons.add(graph, scene, info, &settings.photon_settings(frame_index)));
+        let photons =
+            self.strategy.uses_photons().then(|| self.photons.add(graph, scene, info, &settings.photon_settings(frame_index)));
 
         let inputs = FrameInputs {
             scene,

@@ -113,7 +113,7 @@ impl Pipeline {
             let readbacks = FrameReadbacks::new(&mut graph, &layers, settings, frame);
             let frames = settings.frames;
             let output = executor.execute_observed(graph, &mut |progress: Progress<'_>| {
-                let Progress { done, total, pass } = progress;
+                let Progress { done, total, pass, .. } = progress;
                 observer(RenderProgress { frame, frames, done, total, pass })
             })?;
             readbacks.collect(&output, &info, settings, &mut rendered);
@@ -154,12 +154,10 @@ impl FrameReadbacks {
             if let (Some(image), 0) = (layers.surface(layer), frame) {
                 readbacks.surfaces.push((layer, graph.readback_texture(image)));
             }
-            if let Some(light) = layers.light(layer) {
-                if frame + 1 == settings.frames {
-                    let mean = graph.readback_texture(&light.mean);
-                    let deviations = light.deviations.as_ref().map(|deviations| graph.readback_texture(deviations));
-                    readbacks.lights.push((layer, mean, deviations));
-                }
+            if let (Some(light), true) = (layers.light(layer), frame + 1 == settings.frames) {
+                let mean = graph.readback_texture(&light.mean);
+                let deviations = light.deviations.as_ref().map(|deviations| graph.readback_texture(deviations));
+                readbacks.lights.push((layer, mean, deviations));
             }
         }
         readbacks
@@ -188,6 +186,6 @@ impl FrameReadbacks {
         if output.memory.pooled_bytes >= rendered.memory.pooled_bytes {
             rendered.memory = output.memory;
         }
-        rendered.timing = output.timing_source.to_string();
+        rendered.timing = output.timing_source;
     }
 }

@@ -1,7 +1,7 @@
 //! What a rendering brings back.
 
 use super::Layer;
-use lightloom_graph::Memory;
+use lightloom_graph::{Memory, TimingSource};
 use lightloom_passes::{FluxLedger, PhotonState};
 
 /// Images and measurements of a rendering.
@@ -18,7 +18,7 @@ pub struct Rendered {
     /// GPU time of each pass, in order, summed over the frames and over passes of one name.
     pub passes: Vec<PassReport>,
     /// How the times were measured.
-    pub timing: String,
+    pub timing: TimingSource,
     /// Transient memory of the largest frame.
     pub memory: Memory,
     /// The strategy's counts by name: the largest over the frames.
@@ -71,9 +71,8 @@ impl Rendered {
         if let Some(photons) = self.photons.filter(|photons| photons.dropped > 0) {
             let PhotonReport { stored, dropped, .. } = photons;
             let all = stored + dropped;
-            self.warnings.push(format!(
-                "{dropped} of {all} photon records found no room and their light is missing; emit fewer photons"
-            ));
+            self.warnings
+                .push(format!("{dropped} of {all} photon records found no room and their light is missing; emit fewer photons"));
         }
         for (name, count) in self.stats.iter().filter(|(name, count)| name.ends_with("dropped") && *count > 0) {
             self.warnings.push(format!(

@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn jitter_starts_at_the_centre_and_fills_the_pixel() {
         let settings = Settings::default();
-        assert_eq!(settings.jitter(0), [0.5, 0.5]);
+        assert_eq!(settings.jitter(0).map(f32::to_bits), [0.5_f32.to_bits(); 2]);
         let mut quadrants = [0_u32; 4];
         for frame in 0..64 {
             let [x, y] = settings.jitter(frame);

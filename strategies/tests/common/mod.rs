@@ -4,22 +4,22 @@
 
 use glam::{Mat4, Vec3};
 use lightloom_graph::wgpu::{self, util::DeviceExt};
-use lightloom_graph::{BufferDesc, Executor, Graph, Gpu, TextureDesc, bytemuck};
+use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, TextureDesc, bytemuck};
 use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo};
 use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons};
 use lightloom_strategies::{FrameInputs, Strategy};
 
 /// A sequence of uniform numbers: `SplitMix64`.
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f32 {
+    pub(crate) fn unit(&mut self) -> f32 {
         (self.word() >> 40) as f32 / (1 << 24) as f32
     }
 
     /// 64 bits.
-    pub fn word(&mut self) -> u64 {
+    pub(crate) fn word(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -28,13 +28,13 @@ impl Random {
     }
 
     /// Uniform over the cube [−1, 1)³.
-    pub fn cube(&mut self) -> Vec3 {
+    pub(crate) fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }
 
 /// Octahedral code of a unit vector, two 16-bit signed components.
-pub fn encode_octahedral(v: Vec3) -> u32 {
+pub(crate) fn encode_octahedral(v: Vec3) -> u32 {
     let mut p = v.truncate() / (v.x.abs() + v.y.abs() + v.z.abs());
     if v.z < 0.0 {
         p = glam::Vec2::new((1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y));
@@ -44,7 +44,7 @@ pub fn encode_octahedral(v: Vec3) -> u32 {
 }
 
 /// Shared-exponent code of a flux (W); truncates.
-pub fn encode_flux(flux: Vec3) -> u32 {
+pub(crate) fn encode_flux(flux: Vec3) -> u32 {
     let exponent = flux.max_element().log2().floor() as i32 + 1;
     let scale = 2.0_f32.powi(8 - exponent);
     let mantissa = |x: f32| (x * scale) as u32;
@@ -52,7 +52,7 @@ pub fn encode_flux(flux: Vec3) -> u32 {
 }
 
 /// A photon on a surface of normal `normal`, coming from `from` (unit, away from the surface).
-pub fn photon(position: Vec3, normal: Vec3, from: Vec3, flux: Vec3, probability_half: u32, caustic: bool) -> Photon {
+pub(crate) fn photon(position: Vec3, normal: Vec3, from: Vec3, flux: Vec3, probability_half: u32, caustic: bool) -> Photon {
     Photon {
         position: position.into(),
         flux: encode_flux(flux),
@@ -64,23 +64,23 @@ pub fn photon(position: Vec3, normal: Vec3, from: Vec3, flux: Vec3, probability_
 }
 
 /// Halves of 1, ½, ¼ and 0: path probabilities.
-pub const PROBABILITIES: [u32; 4] = [0x3c00, 0x3800, 0x3400, 0];
+pub(crate) const PROBABILITIES: [u32; 4] = [0x3c00, 0x3800, 0x3400, 0];
 
 /// What the eye sees, on the CPU.
-pub struct View {
-    pub camera: CameraUniform,
-    pub position: Vec<[f32; 4]>,
-    pub surface: Vec<[u32; 4]>,
+pub(crate) struct View {
+    pub(crate) camera: CameraUniform,
+    pub(crate) position: Vec<[f32; 4]>,
+    pub(crate) surface: Vec<[u32; 4]>,
 }
 
-pub const VALID: u32 = 1 << 16;
-pub const SPECULAR: u32 = 1 << 17;
-pub const LAMBERT: u32 = 1 << 18;
+pub(crate) const VALID: u32 = 1 << 16;
+pub(crate) const SPECULAR: u32 = 1 << 17;
+pub(crate) const LAMBERT: u32 = 1 << 18;
 
 impl View {
     /// Traces one ray per pixel: `hit` gives distance and normal of what a ray (origin, unit direction) meets.
     /// Base colour is white (Lambert); every 7th pixel is specular, and gathers nothing.
-    pub fn new(camera: CameraUniform, hit: impl Fn(Vec3, Vec3) -> Option<(f32, Vec3)>) -> Self {
+    pub(crate) fn new(camera: CameraUniform, hit: impl Fn(Vec3, Vec3) -> Option<(f32, Vec3)>) -> Self {
         let [width, height] = camera.size;
         let world_from_view = Mat4::from_cols_array_2d(&camera.world_from_view);
         let eye = world_from_view.w_axis.truncate();
@@ -107,33 +107,42 @@ impl View {
 }
 
 /// A camera at `eye` that looks at `target`, image of `size` pixels.
-pub fn camera(eye: Vec3, target: Vec3, size: [u32; 2], jitter: [f32; 2]) -> CameraUniform {
-    let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
+pub(crate) fn camera(eye: Vec3, target: Vec3, size: [u32; 2], jitter: [f32; 2]) -> CameraUniform {
+    let back = (eye - target).normalize();
+    let right = Vec3::Y.cross(back).normalize();
+    let world_from_view = Mat4::from_cols(right.extend(0.0), back.cross(right).extend(0.0), back.extend(0.0), eye.extend(1.0));
     let camera = Camera { name: "test".to_owned(), world_from_view, yfov: 1.0 };
     CameraUniform::new(&camera, size, jitter, 10.0)
 }
 
 /// What a strategy returned.
 #[derive(Debug, PartialEq)]
-pub struct Images {
-    pub indirect: Vec<[f32; 4]>,
-    pub caustic: Vec<[f32; 4]>,
-    pub stats: Vec<(&'static str, u32)>,
+pub(crate) struct Images {
+    pub(crate) indirect: Vec<[f32; 4]>,
+    pub(crate) caustic: Vec<[f32; 4]>,
+    pub(crate) stats: Vec<(&'static str, u32)>,
 }
 
 /// A device and the tests' inputs on it.
-pub struct Bench {
-    pub executor: Executor,
+pub(crate) struct Bench {
+    pub(crate) executor: Executor,
 }
 
 impl Bench {
     /// `None`: no adapter, and that was printed.
-    pub fn new() -> Option<Self> {
+    pub(crate) fn new() -> Option<Self> {
         Some(Self { executor: Executor::new(&Gpu::for_tests()?) })
     }
 
     /// Runs `strategy` on `stored` of `photons` (the rest is rubbish it must not read) and `view`.
-    pub fn run(&mut self, strategy: &mut dyn Strategy, view: &View, photons: &[Photon], stored: u32, deterministic: bool) -> Images {
+    pub(crate) fn run(
+        &mut self,
+        strategy: &mut dyn Strategy,
+        view: &View,
+        photons: &[Photon],
+        stored: u32,
+        deterministic: bool,
+    ) -> Images {
         let device = self.executor.device().clone();
         let queue = self.executor.queue().clone();
         let size = view.camera.size;
@@ -154,8 +163,7 @@ impl Bench {
             };
             device.create_texture_with_data(&queue, &descriptor, wgpu::util::TextureDataOrder::LayerMajor, contents)
         };
-        let mut state = PhotonState::default();
-        state.stored = stored;
+        let state = PhotonState { stored, ..PhotonState::default() };
 
         let mut graph = Graph::new(strategy.name());
         let capacity = photons.len() as u32;
@@ -167,7 +175,11 @@ impl Bench {
         let records = BufferDesc::array_of::<Photon>(capacity.into());
         let photons = Photons {
             records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
-            state: graph.import_buffer("photon_state", BufferDesc::array_of::<PhotonState>(1), buffer(bytemuck::bytes_of(&state))),
+            state: graph.import_buffer(
+                "photon_state",
+                BufferDesc::array_of::<PhotonState>(1),
+                buffer(bytemuck::bytes_of(&state)),
+            ),
             capacity,
             emitted: capacity,
         };
@@ -190,9 +202,8 @@ impl Bench {
         let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
         let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
         let output = self.executor.execute(graph).expect("the frame runs");
-        let counts = |(names, readback): (&'static [&'static str], _)| {
-            names.iter().copied().zip(output.cast::<u32>(readback)).collect()
-        };
+        let counts =
+            |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback)).collect();
         Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
     }
 }
@@ -200,7 +211,12 @@ impl Bench {
 const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
-fn import_image(graph: &mut Graph<'_>, name: &str, size: [u32; 2], texture: wgpu::Texture) -> lightloom_graph::Handle<lightloom_graph::Texture> {
+fn import_image(
+    graph: &mut Graph<'_>,
+    name: &str,
+    size: [u32; 2],
+    texture: wgpu::Texture,
+) -> lightloom_graph::Handle<lightloom_graph::Texture> {
     let desc = TextureDesc::new_2d(size, texture.format());
     graph.import_texture(name, desc, texture)
 }

@@ -1,0 +1,141 @@
+//! The pipeline on a small scene: layers, means, ledgers, culling, cancelling.
+
+use lightloom_graph::{Executor, Gpu, GraphError};
+use lightloom_passes::scene::{Camera, GpuScene, builtin};
+use lightloom_strategies::{Layer, Pipeline, RenderProgress, Rendered, Settings, StrategyError, by_name};
+use std::ops::ControlFlow;
+
+struct Bench {
+    executor: Executor,
+    scene: GpuScene,
+    camera: Camera,
+}
+
+impl Bench {
+    fn new() -> Option<Self> {
+        let gpu = Gpu::for_tests()?;
+        let scene = builtin::cornell();
+        let camera = scene.camera(None).expect("the room has cameras");
+        let scene = GpuScene::upload(&gpu.device, &gpu.queue, &scene).expect("the room fits");
+        Some(Self { executor: Executor::new(&gpu), scene, camera })
+    }
+
+    fn try_render(
+        &mut self,
+        strategy: &str,
+        settings: &Settings,
+        observer: &mut dyn FnMut(RenderProgress<'_>) -> ControlFlow<()>,
+    ) -> Result<Rendered, StrategyError> {
+        let mut pipeline = Pipeline::new(by_name(strategy)?)?;
+        pipeline.render(&mut self.executor, &self.scene, &self.camera, settings, observer)
+    }
+
+    fn render(&mut self, strategy: &str, settings: &Settings) -> Rendered {
+        self.try_render(strategy, settings, &mut |_| ControlFlow::Continue(())).expect("it renders")
+    }
+}
+
+fn small() -> Settings {
+    Settings { size: [40, 30], photons: 4000, bounces: 4, emissive_samples: 2, ..Settings::default() }
+}
+
+fn mean(rendered: &Rendered, layer: Layer) -> f64 {
+    let image = rendered.layer(layer).expect("the layer was asked for");
+    image.pixels.iter().flatten().map(|&x| f64::from(x)).sum::<f64>() / (3 * image.pixels.len()) as f64
+}
+
+#[test]
+fn every_strategy_fills_its_layers() {
+    let Some(mut bench) = Bench::new() else { return };
+    for entry in lightloom_strategies::registry() {
+        let rendered = bench.render(entry.name, &small());
+        assert_eq!(rendered.layers.len(), Layer::ALL.len(), "{}", entry.name);
+        for image in &rendered.layers {
+            assert_eq!(image.pixels.len(), 1200, "{} {:?}", entry.name, image.layer);
+            assert!(image.pixels.iter().flatten().all(|x| x.is_finite()), "{} {:?}", entry.name, image.layer);
+            assert!(image.standard_error.is_none(), "one frame has no error estimate");
+        }
+        for layer in [Layer::Final, Layer::Direct, Layer::Indirect, Layer::Albedo, Layer::Depth] {
+            assert!(mean(&rendered, layer) > 0.0, "{} {layer:?} is black", entry.name);
+        }
+        let (sum, direct, indirect) =
+            (rendered.layer(Layer::Final), rendered.layer(Layer::Direct), rendered.layer(Layer::Indirect));
+        for ((sum, direct), indirect) in sum.unwrap().pixels.iter().zip(&direct.unwrap().pixels).zip(&indirect.unwrap().pixels) {
+            for channel in 0..3 {
+                assert!(
+                    (sum[channel] - direct[channel] - indirect[channel]).abs() <= 1e-6 * sum[channel],
+                    "final = direct + indirect"
+                );
+            }
+        }
+        let uses_photons = !matches!(entry.name, "path");
+        assert_eq!(rendered.photons.is_some(), uses_photons);
+        if let Some(photons) = rendered.photons {
+            assert!(photons.ledger.balances() && photons.stored > 0 && photons.dropped == 0, "{photons:?}");
+            let power = bench.scene.info().total_power;
+            let emitted = photons.flux.emitted[0];
+            assert!((emitted / f64::from(power.x) - 1.0).abs() < 1e-3, "{emitted} W of {} W", power.x);
+        }
+        assert!(rendered.warnings.is_empty(), "{:?}", rendered.warnings);
+        assert!(rendered.passes.iter().all(|pass| !pass.name.contains('#')), "names are summed up");
+    }
+}
+
+#[test]
+fn means_over_frames_come_with_their_error() {
+    let Some(mut bench) = Bench::new() else { return };
+    let settings = Settings { frames: 3, layers: vec![Layer::Indirect], ..small() };
+    let together = bench.render("tiled", &settings);
+    let image = together.layer(Layer::Indirect).unwrap();
+    let error = image.standard_error.as_ref().unwrap();
+    assert!(error.iter().filter(|e| e[0] > 0.0).count() > 600, "frames differ by their photons");
+    assert_eq!(together.layers.len(), 1);
+    // A second rendering begins anew, whatever the first one left.
+    let again = bench.render("tiled", &Settings { deterministic: true, ..settings.clone() });
+    let twice = bench.render("tiled", &Settings { deterministic: true, ..settings });
+    assert_eq!(again.layers, twice.layers, "deterministic renderings are equal bit for bit");
+    assert!((mean(&again, Layer::Indirect) / mean(&together, Layer::Indirect) - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn what_nobody_asks_for_is_culled() {
+    let Some(mut bench) = Bench::new() else { return };
+    let names = |rendered: Rendered| rendered.passes.into_iter().map(|pass| pass.name).collect::<Vec<_>>();
+    let albedo = names(bench.render("tiled", &Settings { layers: vec![Layer::Albedo], ..small() }));
+    assert!(albedo.iter().any(|name| name == "gbuffer"), "{albedo:?}");
+    assert!(!albedo.iter().any(|name| name.contains("photon") || name.contains("tiled") || name == "direct"), "{albedo:?}");
+    let indirect = names(bench.render("tiled", &Settings { layers: vec![Layer::Indirect], ..small() }));
+    assert!(indirect.iter().any(|name| name == "tiled_gather"), "{indirect:?}");
+    assert!(!indirect.iter().any(|name| name == "direct" || name == "compose"), "{indirect:?}");
+    let path = names(bench.render("path", &Settings { layers: vec![Layer::Final], ..small() }));
+    assert!(!path.iter().any(|name| name == "visibility"), "{path:?}");
+}
+
+#[test]
+fn full_photon_stores_are_warned_of() {
+    let Some(mut bench) = Bench::new() else { return };
+    let rendered = bench.render("hash-grid", &Settings { photon_capacity: Some(100), ..small() });
+    let photons = rendered.photons.unwrap();
+    assert_eq!(photons.stored, 100);
+    assert!(photons.dropped > 1000 && rendered.warnings.len() == 1, "{photons:?} {:?}", rendered.warnings);
+}
+
+#[test]
+fn observers_can_stop_the_work() {
+    let Some(mut bench) = Bench::new() else { return };
+    let mut heard = 0;
+    let stopped = bench.try_render("exact", &small(), &mut |progress| {
+        heard += 1;
+        assert!(progress.done <= progress.total && progress.frames == 1, "{progress:?}");
+        ControlFlow::Break(())
+    });
+    assert!(heard == 1 && matches!(stopped, Err(StrategyError::Graph(GraphError::Cancelled { .. }))), "{heard} {stopped:?}");
+}
+
+#[test]
+fn impossible_settings_are_refused_before_any_work() {
+    let Some(mut bench) = Bench::new() else { return };
+    let error =
+        bench.try_render("tiled", &Settings { size: [0, 30], ..small() }, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(error.to_string().contains("`size`"), "{error}");
+}
