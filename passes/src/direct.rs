@@ -1,8 +1,9 @@
 //! Emission and direct light at the G-buffer's points.
 
 use crate::scene::{SceneHandles, SceneInfo};
+use crate::scene_shader::SceneShader;
 use crate::{CameraUniform, GBuffer, LightInfo, radiance_desc};
-use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use lightloom_graph::{Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
 shader_struct! {
     struct DirectParams {
@@ -30,13 +31,13 @@ pub struct DirectSettings {
 /// Reads: scene, G-buffer. Writes: radiance. A thread per pixel.
 #[derive(Clone, Debug)]
 pub struct DirectLight {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl DirectLight {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/direct.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/direct.wgsl")? })
     }
 
     /// Declares the pass. Returns emitted and directly lit radiance (W·m⁻²·sr⁻¹); specular surfaces only emit.
@@ -59,7 +60,7 @@ impl DirectLight {
             pad0: 0,
         };
         scene
-            .bind(graph.compute(&self.shader).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)
             .read("emission", &gbuffer.emission)

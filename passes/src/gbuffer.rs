@@ -1,9 +1,10 @@
 //! The G-buffer: what the eye sees through each pixel.
 
 use crate::scene::SceneHandles;
+use crate::scene_shader::SceneShader;
 use crate::{CameraUniform, radiance_desc};
 use lightloom_graph::wgpu::TextureFormat;
-use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, TextureDesc, WgslSources, shader_struct};
+use lightloom_graph::{Graph, Handle, ShaderError, Texture, TextureDesc, WgslSources, shader_struct};
 
 /// What strategies gather at. An engine may fill these three textures itself; `shared/gbuffer.wgsl` has the encoding.
 #[derive(Debug)]
@@ -26,13 +27,13 @@ shader_struct! {
 /// Resolves visibility into a [`GBuffer`]. Reads: scene, `visibility`. Writes: the three textures. A thread per pixel.
 #[derive(Clone, Debug)]
 pub struct GBufferPass {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl GBufferPass {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/gbuffer.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/gbuffer.wgsl")? })
     }
 
     /// Declares the pass.
@@ -43,7 +44,7 @@ impl GBufferPass {
             emission: graph.texture("gbuffer_emission", radiance_desc(camera.size)),
         };
         scene
-            .bind(graph.compute(&self.shader).params(&GBufferParams { camera: *camera }))
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&GBufferParams { camera: *camera }))
             .read("visibility", visibility)
             .write("position", &mut gbuffer.position)
             .write("surface", &mut gbuffer.surface)

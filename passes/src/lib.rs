@@ -24,6 +24,7 @@ mod photon_trace;
 mod prefix_sum;
 pub mod scene;
 mod scene_bind;
+mod scene_shader;
 mod specular_pixels;
 mod trace_rays;
 mod visibility;
@@ -39,6 +40,7 @@ pub use photon::{FluxLedger, Photon, PhotonFlags, PhotonState, decode_flux, deco
 pub use photon_splat::{PhotonSplat, Splats};
 pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
 pub use prefix_sum::PrefixSum;
+pub use scene_shader::SceneShader;
 pub use specular_pixels::SpecularPixels;
 pub use trace_rays::{Ray, RayHit, TraceRays};
 pub use visibility::Visibility;

@@ -5,8 +5,9 @@
 //! caustic on a diffuse surface (eye – specular – diffuse – specular – light) is found by neither and missing.
 
 use crate::scene::{SceneHandles, SceneInfo};
+use crate::scene_shader::SceneShader;
 use crate::{CameraUniform, LightInfo, Splats, radiance_desc};
-use lightloom_graph::{BufferDesc, ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use lightloom_graph::{BufferDesc, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
 /// Pixels a dispatch covers at most, for drivers that end long ones.
 const MAX_PIXELS: u32 = 1 << 17;
@@ -51,13 +52,13 @@ pub struct PathLayers {
 /// The pass, in bands of rows. Reads: scene, splats. Writes: three layers. A thread per pixel.
 #[derive(Clone, Debug)]
 pub struct PathTrace {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl PathTrace {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/path_trace.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/path_trace.wgsl")? })
     }
 
     /// Declares the passes.
@@ -99,7 +100,7 @@ impl PathTrace {
                 pad1: 0,
             };
             scene
-                .bind(graph.compute(&self.shader).params(&params))
+                .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
                 .read("splats", &splats.buffer)
                 .write("direct", &mut layers.direct)
                 .write("indirect", &mut layers.indirect)

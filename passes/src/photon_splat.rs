@@ -5,8 +5,9 @@
 //! projected to the pixel that shows it, with one ray for visibility and material.
 
 use crate::scene::{SceneHandles, SceneInfo};
+use crate::scene_shader::SceneShader;
 use crate::{CameraUniform, Photons};
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, WgslSources, shader_struct};
+use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources, shader_struct};
 
 shader_struct! {
     struct PhotonSplatParams {
@@ -30,13 +31,13 @@ pub struct Splats {
 /// The pass. Reads: scene, photons. Writes: `splats`. A thread per record.
 #[derive(Clone, Debug)]
 pub struct PhotonSplat {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl PhotonSplat {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/photon_splat.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/photon_splat.wgsl")? })
     }
 
     /// Declares the pass. Integer sums do not depend on the order of additions.
@@ -59,7 +60,7 @@ impl PhotonSplat {
         let scale = if spread > 0.0 { 65_536.0 / spread } else { 1.0 };
         let params = PhotonSplatParams { camera: *camera, capacity: photons.capacity, splat_scale: scale, seed, pad0: 0 };
         scene
-            .bind(graph.compute(&self.shader).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
             .read("photons", &photons.records)
             .read("state", &photons.state)
             .write("splats", &mut buffer)

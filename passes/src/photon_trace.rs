@@ -9,6 +9,7 @@
 //! same order whatever the threads' race; appending by an atomic counter would be one dispatch less and would not.
 
 use crate::scene::{SceneHandles, SceneInfo};
+use crate::scene_shader::SceneShader;
 use crate::{LightInfo, Photon, PhotonState, PrefixSum};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, WgslSources, shader_struct};
 
@@ -95,7 +96,7 @@ pub struct Photons {
 /// The passes.
 #[derive(Clone, Debug)]
 pub struct PhotonTracing {
-    trace: ComputeShader,
+    trace: SceneShader,
     compact: ComputeShader,
     advance: ComputeShader,
     prefix_sum: PrefixSum,
@@ -105,7 +106,7 @@ impl PhotonTracing {
     /// Parses the shaders.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
         Ok(Self {
-            trace: ComputeShader::new(sources, "passes/photon_trace.wgsl")?,
+            trace: SceneShader::new(sources, "passes/photon_trace.wgsl")?,
             compact: ComputeShader::new(sources, "passes/photon_compact.wgsl")?,
             advance: ComputeShader::new(sources, "passes/photon_advance.wgsl")?,
             prefix_sum: PrefixSum::new(sources)?,
@@ -126,6 +127,7 @@ impl PhotonTracing {
         if emitted == 0 {
             graph.clear_buffer(&mut records);
         }
+        let trace_shader = self.trace.variant(scene.traits);
         let mut first = 0;
         while first < emitted {
             let count = batch.min(emitted - first);
@@ -144,7 +146,7 @@ impl PhotonTracing {
                 pad0: 0,
             };
             scene
-                .bind(graph.compute(&self.trace).params(&trace))
+                .bind(graph.compute(&trace_shader).params(&trace))
                 .write("staging", &mut staging)
                 .write("counts", &mut counts)
                 .write("ledger", &mut ledger)

@@ -4,8 +4,9 @@
 //! methods): each such pixel follows one path per frame instead. Other pixels keep what the strategy gathered.
 
 use crate::scene::{SceneHandles, SceneInfo};
+use crate::scene_shader::SceneShader;
 use crate::{CameraUniform, GBuffer, LightInfo, PathSettings, radiance_desc};
-use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use lightloom_graph::{Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
 shader_struct! {
     struct SpecularPixelsParams {
@@ -21,13 +22,13 @@ shader_struct! {
 /// The pass. Reads: scene, G-buffer, gathered radiance. Writes: indirect radiance. A thread per pixel.
 #[derive(Clone, Debug)]
 pub struct SpecularPixels {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl SpecularPixels {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/specular_pixels.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/specular_pixels.wgsl")? })
     }
 
     /// Declares the pass. Returns indirect radiance (W·m⁻²·sr⁻¹).
@@ -52,7 +53,7 @@ impl SpecularPixels {
             pad0: 0,
         };
         scene
-            .bind(graph.compute(&self.shader).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
             .read("surface", &gbuffer.surface)
             .read("gathered", gathered)
             .write("indirect", &mut indirect)

@@ -1,7 +1,8 @@
 //! Any list of rays against the scene, for engines that bring rays of their own and for measuring the traversal.
 
 use crate::scene::SceneHandles;
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, WgslSources, shader_struct};
+use crate::scene_shader::SceneShader;
+use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources, shader_struct};
 
 shader_struct! {
     struct TraceRaysParams {
@@ -46,20 +47,20 @@ impl RayHit {
 /// The pass. Reads: scene, rays. Writes: hits. A thread per ray.
 #[derive(Clone, Debug)]
 pub struct TraceRays {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl TraceRays {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/trace_rays.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/trace_rays.wgsl")? })
     }
 
     /// Declares the pass over `count` [`Ray`]s. Returns as many [`RayHit`]s.
     pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, rays: &Handle<Buffer>, count: u32) -> Handle<Buffer> {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(count)));
         scene
-            .bind(graph.compute(&self.shader).params(&TraceRaysParams { count, pad0: 0, pad1: 0, pad2: 0 }))
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&TraceRaysParams { count, pad0: 0, pad1: 0, pad2: 0 }))
             .read("rays", rays)
             .write("hits", &mut hits)
             .heavy()

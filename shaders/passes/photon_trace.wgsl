@@ -80,7 +80,7 @@ fn follow(thread: u32) {
             break;
         }
         let surface = surface_at(hit, direction);
-        if !surface.front && surface.thickness > 0.0 {
+        if SCENE_REFRACTS && !surface.front && surface.thickness > 0.0 {
             flux *= exp(-surface.absorption * hit.t);
         }
         let specular = surface_opacity(surface) == 0.0;

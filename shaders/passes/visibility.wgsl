@@ -38,7 +38,7 @@ fn visibility_vertex(@builtin(vertex_index) vertex: u32) -> Varyings {
 @fragment
 fn visibility_fragment(in: Varyings) -> Targets {
     let triangle = bvh_triangles[in.index];
-    if (triangle.id & ALPHA_TESTED) != 0u {
+    if SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u {
         if alpha_passes(triangle.id & ~ALPHA_TESTED, in.bary, vec3f(in.clip.xyz)) {
             discard;
         }

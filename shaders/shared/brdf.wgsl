@@ -1,6 +1,7 @@
 // Reflection at one point: Lambert, and glTF 2.0's metallic-roughness model (GGX with height-correlated Smith masking,
 // Schlick's Fresnel; glTF 2.0 appendix B). Directions point away from the surface; `f` is in sr⁻¹, without the cosine.
 #import "shared/math.wgsl"
+#import "shared/scene_traits.wgsl"
 
 struct Brdf {
     // Shading normal, on the side of the viewer.
@@ -53,7 +54,7 @@ fn brdf_eval(brdf: Brdf, wi: vec3f, wo: vec3f) -> vec3f {
     if cos_i <= 0.0 || cos_o <= 0.0 {
         return vec3f(0.0);
     }
-    if brdf.lambert {
+    if brdf.lambert || !SCENE_GLOSSY {
         return brdf.base_color * (1.0 / PI);
     }
     let h = normalize(wi + wo);
@@ -69,7 +70,7 @@ fn brdf_eval(brdf: Brdf, wi: vec3f, wo: vec3f) -> vec3f {
 
 // Probability with which the glossy lobe is sampled.
 fn brdf_glossy_probability(brdf: Brdf, wo: vec3f) -> f32 {
-    if brdf.lambert {
+    if brdf.lambert || !SCENE_GLOSSY {
         return 0.0;
     }
     let fresnel = schlick(mix(vec3f(brdf.f0), brdf.base_color, brdf.metallic), max(0.0, dot(brdf.normal, wo)));
@@ -116,14 +117,14 @@ fn brdf_sample(brdf: Brdf, wo: vec3f, u: vec3f) -> BrdfSample {
     let frame = tangent_frame(brdf.normal);
     let p = brdf_glossy_probability(brdf, wo);
     var wi: vec3f;
-    if u.z < p {
+    if SCENE_GLOSSY && u.z < p {
         let local = wo * frame;
         let h = frame * sample_visible_normal(local, brdf_alpha(brdf), u.xy);
         wi = reflect(-wo, h);
     } else {
         wi = frame * sample_cosine_hemisphere(u.xy);
     }
-    if brdf.lambert {
+    if brdf.lambert || !SCENE_GLOSSY {
         return BrdfSample(wi, brdf.base_color, max(dot(brdf.normal, wi), 0.0) / PI);
     }
     let pdf = brdf_pdf(brdf, wi, wo);

@@ -3,6 +3,7 @@
 #import "shared/math.wgsl"
 #import "shared/rng.wgsl"
 #import "shared/scene_bindings.wgsl"
+#import "shared/scene_traits.wgsl"
 #import "shared/texture.wgsl"
 
 // Deeper trees than this are refused when the scene is built.
@@ -141,7 +142,7 @@ fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
             let triangle = bvh_triangles[index];
             let tuv = intersect_triangle(triangle, origin, direction);
             if tuv.x > 0.0 && tuv.x < hit.t {
-                let tested = (triangle.id & ALPHA_TESTED) != 0u;
+                let tested = SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u;
                 if !tested || !alpha_passes(triangle.id & ~ALPHA_TESTED, tuv.yz, direction) {
                     hit = Hit(tuv.x, index, tuv.yz);
                     if any {

@@ -38,7 +38,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             break;
         }
         let surface = surface_at(hit, direction);
-        if !surface.front && surface.thickness > 0.0 {
+        if SCENE_REFRACTS && !surface.front && surface.thickness > 0.0 {
             throughput *= exp(-surface.absorption * hit.t);
         }
         let wo = -direction;

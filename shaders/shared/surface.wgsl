@@ -55,7 +55,7 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
 
     var normal = normalize(octahedral_decode(attributes.normals.x) * (1.0 - hit.uv.x - hit.uv.y)
         + octahedral_decode(attributes.normals.y) * hit.uv.x + octahedral_decode(attributes.normals.z) * hit.uv.y);
-    if material.normal_texture.first_texel != NO_TEXTURE {
+    if SCENE_TEXTURES && material.normal_texture.first_texel != NO_TEXTURE {
         normal = mapped_normal(triangle, attributes, material, uv, normal);
     }
     // Surfaces are two-sided: the shading normal is turned to the viewer.
@@ -79,7 +79,7 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.ior = material.ior;
     surface.thickness = material.thickness;
     surface.absorption = material.absorption;
-    surface.mirror = surface.brdf.metallic >= 0.95 && surface.brdf.roughness <= MIRROR_ROUGHNESS;
+    surface.mirror = SCENE_GLOSSY && surface.brdf.metallic >= 0.95 && surface.brdf.roughness <= MIRROR_ROUGHNESS;
     return surface;
 }
 
@@ -150,10 +150,10 @@ fn scatter_dielectric(surface: Surface, wo: vec3f, u: f32, radiance: bool) -> Sc
 
 // Draws where light goes on, from four uniform numbers. `wo` points to where the path came from.
 fn scatter(surface: Surface, wo: vec3f, u: vec4f, radiance: bool) -> Scatter {
-    if surface.transmission > 0.0 && u.w < surface.transmission {
+    if SCENE_REFRACTS && surface.transmission > 0.0 && u.w < surface.transmission {
         return scatter_dielectric(surface, wo, u.x, radiance);
     }
-    if surface.mirror {
+    if SCENE_GLOSSY && surface.mirror {
         let cos_o = dot(surface.brdf.normal, wo);
         return Scatter(reflect(-wo, surface.brdf.normal), schlick(surface.brdf.base_color, cos_o), 0.0, true);
     }

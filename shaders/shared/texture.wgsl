@@ -1,6 +1,7 @@
 // Texture lookups without samplers: all textures of a scene lie one after the other in a paged array texture, so that any
 // thread can read any of them within WebGPU's binding limits. Bilinear at the finest level; wrap modes per texture.
 #import "shared/scene_bindings.wgsl"
+#import "shared/scene_traits.wgsl"
 
 const TEXEL_PAGE_WIDTH: u32 = 4096u;
 const TEXEL_PAGE_HEIGHT: u32 = 2048u;
@@ -32,7 +33,7 @@ fn load_texel(slot: TextureSlot, x: i32, y: i32, srgb: bool) -> vec4f {
 
 // Linear RGBA at `uv`; white where the slot is empty. `srgb`: the stored colour is sRGB-encoded.
 fn sample_texture(slot: TextureSlot, uv: vec2f, srgb: bool) -> vec4f {
-    if slot.first_texel == NO_TEXTURE {
+    if !SCENE_TEXTURES || slot.first_texel == NO_TEXTURE {
         return vec4f(1.0);
     }
     let transformed = vec2f(dot(slot.uv_x, vec3f(uv, 1.0)), dot(slot.uv_y, vec3f(uv, 1.0)));

@@ -53,6 +53,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/rng.wgsl",
     "shared/scene.wgsl",
     "shared/scene_bindings.wgsl",
+    "shared/scene_traits.wgsl",
     "shared/surface.wgsl",
     "shared/texture.wgsl",
     "shared/tiles.wgsl",

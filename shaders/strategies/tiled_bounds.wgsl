@@ -18,12 +18,12 @@ struct Params {
 @group(0) @binding(2) var surface: texture_2d<u32>;
 @group(0) @binding(3) var<storage, read_write> tile_bounds: array<TileBounds>;
 
-const THREADS: u32 = 256u;
+const THREADS: u32 = 64u;
 var<workgroup> lower: array<vec3f, THREADS>;
 var<workgroup> upper: array<vec3f, THREADS>;
 var<workgroup> points: atomic<u32>;
 
-@compute @workgroup_size(16, 16)
+@compute @workgroup_size(8, 8)
 fn tiled_bounds(
     @builtin(global_invocation_id) id: vec3u,
     @builtin(workgroup_id) tile: vec3u,

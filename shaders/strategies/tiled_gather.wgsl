@@ -27,7 +27,7 @@ struct Params {
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
 
-@compute @workgroup_size(16, 16)
+@compute @workgroup_size(8, 8)
 fn tiled_gather(
     @builtin(global_invocation_id) id: vec3u,
     @builtin(workgroup_id) workgroup: vec3u,
@@ -43,8 +43,8 @@ fn tiled_gather(
     var sum: RadianceSum;
     for (var block = tile_offsets[tile]; block < end; block += PHOTON_BLOCK) {
         let count = min(PHOTON_BLOCK, end - block);
-        if thread < count {
-            load_block_photon(thread, photons[tile_entries[block + thread]], params.r_min, params.r_max);
+        for (var i = thread; i < count; i += 64u) {
+            load_block_photon(i, photons[tile_entries[block + i]], params.r_min, params.r_max);
         }
         workgroupBarrier();
         if gathers {

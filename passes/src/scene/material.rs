@@ -102,6 +102,14 @@ impl Material {
         self.metallic == 0.0 && self.roughness >= 1.0 && self.metallic_roughness_texture.is_none() && self.transmission == 0.0
     }
 
+    /// Whether any texture belongs to it.
+    pub(crate) fn has_texture(&self) -> bool {
+        self.base_color_texture.is_some()
+            || self.metallic_roughness_texture.is_some()
+            || self.normal_texture.is_some()
+            || self.emissive_texture.is_some()
+    }
+
     /// Absorption coefficient `σ_a` = −ln(colour)/distance (1/m) per channel; zero at infinite distance.
     pub fn absorption(&self) -> Vec3 {
         if !(self.attenuation_distance_m.is_finite() && self.attenuation_distance_m > 0.0) {

@@ -18,6 +18,7 @@ mod load;
 mod material;
 mod mesh;
 mod texture;
+mod traits;
 
 pub mod builtin;
 pub mod bvh;
@@ -31,6 +32,7 @@ pub use camera::Camera;
 pub use error::SceneError;
 pub use light::{Light, spot_falloff};
 pub use material::{Alpha, Material};
+pub use traits::SceneTraits;
 pub use texture::{TextureData, TextureUse, Wrap};
 pub use upload::{GpuScene, SceneHandles};
 

@@ -4,7 +4,7 @@ use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
-use super::{Bvh, BvhStats, Scene, SceneError, SceneInfo};
+use super::{Bvh, BvhStats, Scene, SceneError, SceneInfo, SceneTraits};
 use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, wgpu};
 
 /// A scene in GPU memory.
@@ -17,6 +17,7 @@ pub struct GpuScene {
     lights: Resident,
     texels: (wgpu::Texture, TextureDesc),
     info: SceneInfo,
+    traits: SceneTraits,
     /// Size and cost of the hierarchy.
     pub bvh_stats: BvhStats,
 }
@@ -36,6 +37,8 @@ pub struct SceneHandles {
     pub lights: Handle<Buffer>,
     /// All texels, rgba8unorm; view it as rgba8unorm-srgb for `texels_srgb`.
     pub texels: Handle<Texture>,
+    /// What the scene asks of the shaders.
+    pub traits: SceneTraits,
 }
 
 impl GpuScene {
@@ -96,6 +99,7 @@ impl GpuScene {
                 total_power: list.total_power,
                 surface_area: scene.surface_area(),
             },
+            traits: SceneTraits::of(scene),
             bvh_stats: bvh.stats(),
         })
     }
@@ -108,7 +112,7 @@ impl GpuScene {
         let lights = import(&self.lights);
         let (texture, desc) = &self.texels;
         let texels = graph.import_texture("texels", desc.clone(), texture.clone());
-        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels }
+        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, traits: self.traits }
     }
 
     /// Bounds, counts and flux: what strategies need to know.

@@ -5,7 +5,7 @@
 use glam::{Mat4, Vec3};
 use lightloom_graph::wgpu::{self, util::DeviceExt};
 use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, TextureDesc, bytemuck};
-use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo};
+use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo, SceneTraits};
 use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons};
 use lightloom_strategies::{FrameInputs, Strategy};
 
@@ -227,5 +227,5 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let (bvh_nodes, bvh_triangles, triangles) = (buffer("bvh_nodes"), buffer("bvh_triangles"), buffer("triangles"));
     let (materials, lights) = (buffer("materials"), buffer("lights"));
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
-    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels }
+    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, traits: SceneTraits::default() }
 }

@@ -1,0 +1,67 @@
+//! What the surfaces of a scene ask of the shaders.
+
+use super::{Material, Scene};
+
+/// Which kinds of surface occur; `shared/scene_traits.wgsl`. Kernels leave out what does not: less work where threads run in
+/// lockstep, and fewer registers everywhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SceneTraits {
+    /// Some surface is not plain Lambert: GGX or a mirror.
+    pub glossy: bool,
+    /// Some surface transmits light.
+    pub refracts: bool,
+    /// Some material has a texture.
+    pub textures: bool,
+    /// Alpha lets some rays pass.
+    pub alpha: bool,
+}
+
+impl Default for SceneTraits {
+    /// Everything may occur.
+    fn default() -> Self {
+        Self { glossy: true, refracts: true, textures: true, alpha: true }
+    }
+}
+
+impl SceneTraits {
+    /// Those of the materials that triangles use.
+    pub fn of(scene: &Scene) -> Self {
+        let mut used = vec![false; scene.materials.len()];
+        for triangle in &scene.triangles {
+            if let Some(used) = used.get_mut(triangle.material as usize) {
+                *used = true;
+            }
+        }
+        let any = |test: &dyn Fn(&Material) -> bool| scene.materials.iter().zip(&used).any(|(material, &used)| used && test(material));
+        Self {
+            glossy: any(&|material| !material.is_lambert() && material.transmission < 1.0),
+            refracts: any(&|material| material.transmission > 0.0),
+            textures: any(&Material::has_texture),
+            alpha: any(&|material| material.lets_rays_pass(&scene.textures)),
+        }
+    }
+
+    /// The WGSL overrides and their values.
+    pub(crate) fn constants(self) -> [(&'static str, bool); 4] {
+        [
+            ("SCENE_GLOSSY", self.glossy),
+            ("SCENE_REFRACTS", self.refracts),
+            ("SCENE_TEXTURES", self.textures),
+            ("SCENE_ALPHA", self.alpha),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin;
+
+    #[test]
+    fn only_what_occurs_is_asked_for() {
+        let none = SceneTraits { glossy: false, refracts: false, textures: false, alpha: false };
+        assert_eq!(SceneTraits::of(&builtin::cornell()), none);
+        let caustics = SceneTraits::of(&builtin::caustics());
+        assert_eq!(caustics, SceneTraits { glossy: true, refracts: true, ..none });
+    }
+}

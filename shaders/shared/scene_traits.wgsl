@@ -1,0 +1,11 @@
+// What a scene's surfaces ask of the shaders. Kernels that trace rays are compiled once per combination that occurs: what
+// no surface of the scene needs is left out. Set from Rust (`SceneTraits`); the defaults handle everything.
+
+// Some surface is not plain Lambert: GGX or a mirror.
+override SCENE_GLOSSY: bool = true;
+// Some surface transmits light.
+override SCENE_REFRACTS: bool = true;
+// Some material has a texture.
+override SCENE_TEXTURES: bool = true;
+// Alpha lets some rays pass.
+override SCENE_ALPHA: bool = true;
