@@ -88,7 +88,7 @@ pub struct PassDecl {
 
 impl PassDecl {
     pub(crate) fn place(&self) -> PassPlace {
-        PassPlace { pass: self.name.clone(), rust: rust_place(self.location) }
+        PassPlace::new(self.name.clone(), rust_place(self.location))
     }
 }
 

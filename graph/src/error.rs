@@ -4,33 +4,55 @@ use std::fmt;
 
 /// A line in a shader file, mapped back through `#import`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ShaderPlace {
+pub struct ShaderPlace(Box<(String, u32)>);
+
+impl ShaderPlace {
+    pub(crate) fn new(file: impl Into<String>, line: u32) -> Self {
+        Self(Box::new((file.into(), line)))
+    }
+
     /// Path of the file as the source set names it, or the shader's label.
-    pub file: String,
+    pub fn file(&self) -> &str {
+        &self.0.0
+    }
+
     /// Line in that file, from 1; 0 when unknown.
-    pub line: u32,
+    pub fn line(&self) -> u32 {
+        self.0.1
+    }
 }
 
 impl fmt::Display for ShaderPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.line == 0 { write!(f, "{}", self.file) } else { write!(f, "{}:{}", self.file, self.line) }
+        if self.line() == 0 { f.write_str(self.file()) } else { write!(f, "{}:{}", self.file(), self.line()) }
     }
 }
 
 /// A pass and the line of Rust that declared it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PassPlace {
+pub struct PassPlace(Box<(String, String)>);
+
+impl PassPlace {
+    pub(crate) fn new(pass: impl Into<String>, rust: impl Into<String>) -> Self {
+        Self(Box::new((pass.into(), rust.into())))
+    }
+
     /// Name of the pass.
-    pub pass: String,
+    pub fn pass(&self) -> &str {
+        &self.0.0
+    }
+
     /// `file:line` of the declaring call; empty when the frame came from a file.
-    pub rust: String,
+    pub fn rust(&self) -> &str {
+        &self.0.1
+    }
 }
 
 impl fmt::Display for PassPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "pass `{}`", self.pass)?;
-        if !self.rust.is_empty() {
-            write!(f, " ({})", self.rust)?;
+        write!(f, "pass `{}`", self.pass())?;
+        if !self.rust().is_empty() {
+            write!(f, " ({})", self.rust())?;
         }
         Ok(())
     }
@@ -195,13 +217,13 @@ pub enum GraphError {
         /// Where it is declared.
         shader: ShaderPlace,
         /// What the WGSL has.
-        expected: String,
+        expected: Box<str>,
         /// Resource bound.
         resource: String,
         /// What it is.
-        given: String,
+        given: Box<str>,
         /// What to bind.
-        mend: String,
+        mend: Box<str>,
     },
     /// Bound by `.read`, but the shader writes it.
     #[error("{at}: `{resource}` is declared as read, but the shader writes `{binding}` ({shader}); declare `.write(\"{binding}\", &mut …)`")]
@@ -237,15 +259,15 @@ pub enum GraphError {
         /// Where it is declared.
         shader: ShaderPlace,
         /// WGSL type.
-        expected: String,
+        expected: Box<str>,
         /// Resource bound.
-        resource: String,
+        resource: Box<str>,
         /// Its format.
-        format: String,
+        format: Box<str>,
         /// What it samples as.
-        given: String,
+        given: Box<str>,
         /// WGSL type that fits.
-        mend: String,
+        mend: Box<str>,
     },
     /// The shader samples with a filter, the format cannot be filtered.
     #[error("{at}: `{binding}` ({shader}) is sampled through a sampler, but `{resource}` is {format}, which cannot be filtered everywhere; use textureLoad or a 16-bit float format")]
@@ -287,13 +309,13 @@ pub enum GraphError {
         /// Where it is declared.
         shader: ShaderPlace,
         /// WGSL shape.
-        expected: String,
+        expected: Box<str>,
         /// Resource bound.
         resource: String,
         /// Its shape.
-        given: String,
+        given: Box<str>,
         /// What to change.
-        mend: String,
+        mend: Box<str>,
     },
     /// `.read_as` asks for a format the texture does not list.
     #[error("{at}: `{resource}` is {format} and does not list {asked} as a view format; add `.view_format(…)` to its description")]
@@ -671,6 +693,12 @@ mod tests {
         assert_eq!(did_you_mean("photon", ["photons", "materials"].into_iter()), "; did you mean `photons`?");
         assert_eq!(did_you_mean("zzz", ["photons"].into_iter()), "");
         assert_eq!(distance("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn errors_are_small_enough_to_return() {
+        assert!(size_of::<GraphError>() < 128, "{}", size_of::<GraphError>());
+        assert!(size_of::<ShaderError>() < 128, "{}", size_of::<ShaderError>());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::collections::{BTreeMap, HashMap};
 
 #[derive(Serialize, Deserialize)]
+#[expect(clippy::struct_field_names, reason = "`frame` is the key that the form has")]
 struct Frame {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     version: Option<u32>,

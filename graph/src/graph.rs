@@ -246,7 +246,7 @@ impl<'f> Graph<'f> {
             None
         };
         if let Some(message) = refusal {
-            let at = self.place(&format!("readback {}", texture.name), Location::caller());
+            let at = Self::place(&format!("readback {}", texture.name), Location::caller());
             let (resource, desc) = (texture.name.to_string(), desc.to_string());
             self.errors.push(GraphError::Readback { at, resource, desc, message: message.to_owned() });
         }
@@ -269,7 +269,7 @@ impl<'f> Graph<'f> {
         if handle.graph == self.id {
             self.declaration.resources[handle.index].keep = true;
         } else {
-            let at = self.place("keep", Location::caller());
+            let at = Self::place("keep", Location::caller());
             self.errors.push(GraphError::ForeignHandle { at, resource: handle.name.to_string() });
         }
     }
@@ -298,7 +298,7 @@ impl<'f> Graph<'f> {
 
     #[track_caller]
     fn mismatch(&mut self, name: &str, from: (&str, String), to: (&str, String)) {
-        let at = self.place(name, Location::caller());
+        let at = Self::place(name, Location::caller());
         let (from_desc, to_desc) = (from.1, to.1);
         self.errors.push(GraphError::CopyMismatch { at, from: from.0.to_owned(), from_desc, to: to.0.to_owned(), to_desc });
     }
@@ -306,7 +306,7 @@ impl<'f> Graph<'f> {
     #[track_caller]
     fn copy_pass(&mut self, name: &str, accesses: Vec<Access>, side_effect: bool, handles: &[(u64, &str)], work: Work<'f>) {
         let location = Location::caller();
-        let at = self.place(name, location);
+        let at = Self::place(name, location);
         let mut errors: Vec<GraphError> = handles
             .iter()
             .filter(|(graph, _)| *graph != self.id)
@@ -319,12 +319,12 @@ impl<'f> Graph<'f> {
             self.refuse(errors);
             return;
         }
-        let decl = PassDecl { name: at.pass, kind: PassKind::Copy, heavy: false, side_effect, accesses, location: Some(location) };
+        let decl = PassDecl { name: name.to_owned(), kind: PassKind::Copy, heavy: false, side_effect, accesses, location: Some(location) };
         self.record(Recorded { decl, work });
     }
 
-    pub(crate) fn place(&self, name: &str, location: &'static Location<'static>) -> PassPlace {
-        PassPlace { pass: name.to_owned(), rust: rust_place(Some(location)) }
+    pub(crate) fn place(name: &str, location: &'static Location<'static>) -> PassPlace {
+        PassPlace::new(name, rust_place(Some(location)))
     }
 
     pub(crate) fn refuse(&mut self, errors: Vec<GraphError>) {

@@ -48,14 +48,14 @@ pub enum Load {
 pub(crate) struct Calls {
     pub(crate) name: Option<String>,
     pub(crate) params: Option<Params>,
-    pub(crate) calls: Vec<Call>,
+    pub(crate) bound: Vec<Call>,
     pub(crate) heavy: bool,
     pub(crate) location: &'static Location<'static>,
 }
 
 impl Calls {
     pub(crate) fn new(location: &'static Location<'static>) -> Self {
-        Self { name: None, params: None, calls: Vec::new(), heavy: false, location }
+        Self { name: None, params: None, bound: Vec::new(), heavy: false, location }
     }
 
     fn params<T: ShaderStruct>(&mut self, params: &T) {
@@ -80,14 +80,14 @@ macro_rules! shared_calls {
         /// Binds `handle` to the WGSL variable `binding`, to be read.
         #[track_caller]
         pub fn read<T: Resource>(mut self, binding: &str, handle: &Handle<T>) -> Self {
-            self.calls.calls.push(Call::new(binding, handle, false, None));
+            self.calls.bound.push(Call::new(binding, handle, false, None));
             self
         }
 
         /// Binds a view of the texture in another of its formats, to be read.
         #[track_caller]
         pub fn read_as(mut self, binding: &str, handle: &Handle<Texture>, format: wgpu::TextureFormat) -> Self {
-            self.calls.calls.push(Call::new(binding, handle, false, Some(format)));
+            self.calls.bound.push(Call::new(binding, handle, false, Some(format)));
             self
         }
 
@@ -107,14 +107,14 @@ macro_rules! shared_calls {
         /// Binds `handle` to the WGSL variable `binding`, to be written. Whether the shader also reads it, naga says.
         #[track_caller]
         pub fn write<T: Resource>(mut self, binding: &str, handle: &mut Handle<T>) -> Self {
-            self.calls.calls.push(Call::new(binding, handle, true, None));
+            self.calls.bound.push(Call::new(binding, handle, true, None));
             self
         }
 
         /// Binds a sampler to the WGSL variable `binding`.
         #[track_caller]
         pub fn sampler(mut self, binding: &str, sampler: Sampler) -> Self {
-            self.calls.calls.push(Call::sampler(binding, sampler));
+            self.calls.bound.push(Call::sampler(binding, sampler));
             self
         }
 
@@ -141,11 +141,11 @@ impl ComputePass<'_, '_> {
     /// Runs `groups` workgroups in x, y and z.
     pub fn dispatch(self, groups: [u32; 3]) {
         let Self { graph, shader, calls } = self;
-        let at = graph.place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
+        let at = Graph::place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
         match verify::bindings(graph, &shader.core, &calls, &at) {
             Ok((bound, accesses)) => graph.record(Recorded {
                 decl: PassDecl {
-                    name: at.pass,
+                    name: at.pass().to_owned(),
                     kind: PassKind::Compute,
                     heavy: calls.heavy,
                     side_effect: false,
@@ -216,7 +216,7 @@ impl RasterPass<'_, '_> {
     /// Draws a triangle list of `vertices` vertices, `instances` times.
     pub fn draw(self, vertices: u32, instances: u32) {
         let Self { graph, shader, calls, colors, depth } = self;
-        let at = graph.place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
+        let at = Graph::place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
         let mut errors = Vec::new();
         let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, &at).unwrap_or_else(|found| {
             errors.extend(found);
@@ -232,7 +232,7 @@ impl RasterPass<'_, '_> {
         }
         graph.record(Recorded {
             decl: PassDecl {
-                name: at.pass,
+                name: at.pass().to_owned(),
                 kind: PassKind::Raster,
                 heavy: calls.heavy,
                 side_effect: false,
@@ -306,7 +306,7 @@ impl<'f> ClosurePass<'_, 'f> {
     /// Records the pass by `record`, called once when the frame executes, unless the pass was culled.
     pub fn record(self, record: impl FnOnce(&mut ClosureContext<'_>) -> Result<(), String> + 'f) {
         let Self { graph, name, accesses, foreign, side_effect, heavy, location } = self;
-        let at: PassPlace = graph.place(&name, location);
+        let at: PassPlace = Graph::place(&name, location);
         let mut errors: Vec<GraphError> =
             foreign.into_iter().map(|resource| GraphError::ForeignHandle { at: at.clone(), resource }).collect();
         verify::conflicts(graph, &accesses, &at, &mut errors);
@@ -315,7 +315,7 @@ impl<'f> ClosurePass<'_, 'f> {
             return;
         }
         graph.record(Recorded {
-            decl: PassDecl { name: at.pass, kind: PassKind::Closure, heavy, side_effect, accesses, location: Some(location) },
+            decl: PassDecl { name: at.pass().to_owned(), kind: PassKind::Closure, heavy, side_effect, accesses, location: Some(location) },
             work: Work::Closure(Record(Box::new(record))),
         });
     }

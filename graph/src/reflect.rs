@@ -145,7 +145,7 @@ pub(crate) struct Reflected {
 pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
     let source = flat.source();
     let module = naga::front::wgsl::parse_str(source).map_err(|error| {
-        let span = error.labels().next().map(|(span, _)| span).unwrap_or_default();
+        let span = error.labels().map(|(span, _)| span).find(naga::Span::is_defined).unwrap_or_default();
         let detail: Vec<&str> = error.labels().map(|(_, text)| text).filter(|text| !text.is_empty()).collect();
         let notes: Vec<&str> = error.notes().collect();
         let message = [error.message(), &detail.join(", "), &notes.join(", ")].iter().filter(|part| !part.is_empty()).map(ToString::to_string).collect::<Vec<_>>();
@@ -153,7 +153,7 @@ pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
     })?;
     let mut validator = wgpu_naga_bridge::create_validator(wgpu::Features::empty(), wgpu::DownlevelFlags::all(), naga::valid::ValidationFlags::all());
     let info = validator.validate(&module).map_err(|error| {
-        let span = error.spans().next().map(|(span, _)| *span).unwrap_or_default();
+        let span = error.spans().map(|(span, _)| *span).find(naga::Span::is_defined).unwrap_or_default();
         ShaderError::Validation { place: flat.place(span), message: chain(error.as_inner()) }
     })?;
     Ok(Reflected { module, info })

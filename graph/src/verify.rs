@@ -82,8 +82,8 @@ pub(crate) fn bindings(graph: &Graph<'_>, core: &ShaderCore, calls: &Calls, at: 
             None => errors.push(unknown(core, PARAMS, at)),
         }
     }
-    for call in &calls.calls {
-        let at = PassPlace { pass: at.pass.clone(), rust: crate::declaration::rust_place(Some(call.location)) };
+    for call in &calls.bound {
+        let at = PassPlace::new(at.pass(), crate::declaration::rust_place(Some(call.location)));
         let Some(index) = find(&call.binding) else {
             match (&call.target, core.unused.contains(&call.binding)) {
                 // The module declares it, this entry point leaves it alone: nothing to bind, and no dependency.
@@ -209,10 +209,10 @@ impl Check<'_> {
             at: self.at.clone(),
             binding: self.binding.name.clone(),
             shader: self.binding.place.clone(),
-            expected: self.binding.describe(),
+            expected: self.binding.describe().into(),
             resource: resource.to_owned(),
-            given: given.to_owned(),
-            mend: mend.to_owned(),
+            given: given.into(),
+            mend: mend.into(),
         }
     }
 
@@ -292,10 +292,10 @@ impl Check<'_> {
             at: self.at.clone(),
             binding: self.binding.name.clone(),
             shader: self.binding.place.clone(),
-            expected: format!("{multi}{}", reflect::view_name(view)),
+            expected: format!("{multi}{}", reflect::view_name(view)).into(),
             resource: name.to_owned(),
-            given: desc.to_string(),
-            mend: mend.to_owned(),
+            given: desc.to_string().into(),
+            mend: mend.into(),
         })
     }
 
@@ -329,11 +329,11 @@ impl Check<'_> {
             at: self.at.clone(),
             binding: self.binding.name.clone(),
             shader: self.binding.place.clone(),
-            expected: self.binding.describe(),
-            resource: name.to_owned(),
-            format: crate::format::name(format),
-            given: kind.to_owned(),
-            mend: reflect::texture_type(given.unwrap_or(S::Float { filterable: false }), view, multisampled),
+            expected: self.binding.describe().into(),
+            resource: name.into(),
+            format: crate::format::name(format).into(),
+            given: kind.into(),
+            mend: reflect::texture_type(given.unwrap_or(S::Float { filterable: false }), view, multisampled).into(),
         })
     }
 }
@@ -344,10 +344,10 @@ fn check_params(params: &Params, binding: &Binding, at: &PassPlace, errors: &mut
             at: at.clone(),
             binding: PARAMS.to_owned(),
             shader: binding.place.clone(),
-            expected: binding.describe(),
+            expected: binding.describe().into(),
             resource: params.layout.name.to_owned(),
-            given: "the argument of `.params`".to_owned(),
-            mend: "`var<uniform> params` in the WGSL".to_owned(),
+            given: "the argument of `.params`".into(),
+            mend: "`var<uniform> params` in the WGSL".into(),
         });
         return;
     };

@@ -67,7 +67,7 @@ impl WgslSources {
                 flat.push(file, number, line);
                 continue;
             }
-            let place = || ShaderPlace { file: flat.files[file as usize].clone(), line: number };
+            let place = || ShaderPlace::new(flat.files[file as usize].clone(), number);
             let Some(import) = import_path(line) else {
                 return Err(ShaderError::Directive { place: place(), line: line.trim().to_owned() });
             };
@@ -140,11 +140,11 @@ impl FlatWgsl {
             return self.root();
         }
         let (file, line) = self.locate(span.location(&self.source).line_number);
-        ShaderPlace { file: file.to_owned(), line }
+        ShaderPlace::new(file, line)
     }
 
     pub(crate) fn root(&self) -> ShaderPlace {
-        ShaderPlace { file: self.files.first().cloned().unwrap_or_default(), line: 0 }
+        ShaderPlace::new(self.files.first().cloned().unwrap_or_default(), 0)
     }
 }
 

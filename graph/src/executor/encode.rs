@@ -38,8 +38,8 @@ impl Executor {
         let mut times: Vec<Option<f64>> = vec![None; total];
         let mut staged: Vec<Staged> = Vec::new();
         let mut encoder: Option<wgpu::CommandEncoder> = None;
-        for position in 0..total {
-            let pass = frame.plan.order[position];
+        let plan = std::sync::Arc::clone(&frame.plan);
+        for (position, &pass) in plan.order.iter().enumerate() {
             let own = source == TimingSource::CpuPerPass || frame.declaration.passes[pass].heavy;
             if own {
                 self.submit(encoder.take());
@@ -112,7 +112,7 @@ impl Executor {
             .order
             .iter()
             .map(|&pass| {
-                let (Some(Work::Compute { params: Some(params), .. }) | Some(Work::Raster { params: Some(params), .. })) = &frame.work[pass] else {
+                let Some(Work::Compute { params: Some(params), .. } | Work::Raster { params: Some(params), .. }) = &frame.work[pass] else {
                     return None;
                 };
                 let start = bytes.len() as u64;

@@ -223,7 +223,10 @@ impl Executor {
         self.frame += 1;
         let held = self.held_bytes();
         let gate = self.gate.clone();
-        gate.scoped("allocation", held, || self.allocate(&mut frame))?;
+        gate.scoped("allocation", held, || {
+            self.allocate(&mut frame);
+            Ok(())
+        })?;
         let source = if self.timing { self.source } else { TimingSource::None };
         let mut run = gate.scoped(&format!("frame `{}`", frame.declaration.name), held, || self.encode(&mut frame, source, observer))?;
         self.gate.alive()?;
@@ -252,7 +255,7 @@ impl Executor {
     }
 
     /// Finds the object of every resource in use.
-    fn allocate(&mut self, frame: &mut Frame<'_>) -> Result<(), GraphError> {
+    fn allocate(&mut self, frame: &mut Frame<'_>) {
         let device = &self.gate.device;
         self.pool.acquire(device, frame, self.frame);
         self.history.acquire(device, frame);
@@ -265,7 +268,6 @@ impl Executor {
                 }
             }
         }
-        Ok(())
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) struct Rows {
     /// Bytes from row to row in the copy.
     pub(super) pitch: u64,
     /// Rows of blocks in one layer.
-    pub(super) rows: u64,
+    pub(super) per_layer: u64,
     /// Layers.
     pub(super) layers: u64,
 }
@@ -25,12 +25,12 @@ impl Rows {
         let block = u64::from(desc.format.block_copy_size(None).unwrap_or(4));
         let tight = u64::from(desc.size[0].div_ceil(block_w)) * block;
         let pitch = tight.div_ceil(ROW_ALIGN) * ROW_ALIGN;
-        Self { tight, pitch, rows: desc.size[1].div_ceil(block_h).into(), layers: desc.size[2].into() }
+        Self { tight, pitch, per_layer: desc.size[1].div_ceil(block_h).into(), layers: desc.size[2].into() }
     }
 
     /// Bytes of the copy.
     pub(super) fn bytes(self) -> u64 {
-        self.pitch.saturating_mul(self.rows).saturating_mul(self.layers)
+        self.pitch.saturating_mul(self.per_layer).saturating_mul(self.layers)
     }
 }
 
@@ -70,7 +70,7 @@ pub(super) fn stage(device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, i
                     layout: wgpu::TexelCopyBufferLayout {
                         offset: 0,
                         bytes_per_row: u32::try_from(rows.pitch).ok(),
-                        rows_per_image: u32::try_from(rows.rows).ok(),
+                        rows_per_image: u32::try_from(rows.per_layer).ok(),
                     },
                 },
                 wgpu::Extent3d {
@@ -79,7 +79,7 @@ pub(super) fn stage(device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, i
                     depth_or_array_layers: desc.size[2],
                 },
             );
-            Some(Staged { index, buffer, rows: Some(rows), size: rows.tight * rows.rows * rows.layers })
+            Some(Staged { index, buffer, rows: Some(rows), size: rows.tight * rows.per_layer * rows.layers })
         }
         _ => None,
     }
@@ -92,7 +92,7 @@ impl Staged {
         if let Some(rows) = self.rows
             && rows.tight != rows.pitch
         {
-            for row in 1..(rows.rows * rows.layers) as usize {
+            for row in 1..(rows.per_layer * rows.layers) as usize {
                 let from = row * rows.pitch as usize;
                 bytes.copy_within(from..from + rows.tight as usize, row * rows.tight as usize);
             }
@@ -127,9 +127,9 @@ mod tests {
     #[test]
     fn rows_are_padded_to_256_bytes() {
         let rows = Rows::of(&TextureDesc::new_2d([5, 3], wgpu::TextureFormat::Rgba32Float).layers(2));
-        assert_eq!(rows, Rows { tight: 80, pitch: 256, rows: 3, layers: 2 });
+        assert_eq!(rows, Rows { tight: 80, pitch: 256, per_layer: 3, layers: 2 });
         assert_eq!(rows.bytes(), 256 * 6);
         let blocks = Rows::of(&TextureDesc::new_2d([9, 9], wgpu::TextureFormat::Bc1RgbaUnorm));
-        assert_eq!(blocks, Rows { tight: 24, pitch: 256, rows: 3, layers: 1 });
+        assert_eq!(blocks, Rows { tight: 24, pitch: 256, per_layer: 3, layers: 1 });
     }
 }

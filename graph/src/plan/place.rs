@@ -41,6 +41,9 @@ fn key(declaration: &Declaration, resource: usize) -> (ResourceKind, u64) {
     (kind, resource.bytes)
 }
 
+/// Last positions of slots, with the slots; earliest first.
+type Ends = BinaryHeap<Reverse<(usize, usize)>>;
+
 /// Slots, and the slot of each resource. By first use, each resource takes a free object of its description: for equal
 /// descriptions that needs no more objects than are live at once.
 pub(super) fn pool(declaration: &Declaration, lifetimes: &[Option<Lifetime>], usages: &[u32], sharing: Sharing) -> (Vec<Slot>, Vec<Option<usize>>) {
@@ -49,7 +52,7 @@ pub(super) fn pool(declaration: &Declaration, lifetimes: &[Option<Lifetime>], us
     let mut slots: Vec<Slot> = Vec::new();
     let mut slot_of = vec![None; declaration.resources.len()];
     // By description: the slots, earliest end first.
-    let mut ends: HashMap<(ResourceKind, u64), BinaryHeap<Reverse<(usize, usize)>>> = HashMap::new();
+    let mut ends: HashMap<(ResourceKind, u64), Ends> = HashMap::new();
     for (resource, lifetime) in items {
         let heap = ends.entry(key(declaration, resource)).or_default();
         let slot = match heap.peek() {
@@ -88,6 +91,9 @@ struct Block {
     bytes: u64,
 }
 
+/// What blocks are sorted by, largest first.
+type Order = fn(&Block) -> (u64, u64);
+
 /// Offsets in one heap and its size: first fit, in several orders, the smallest result.
 pub(super) fn heap(declaration: &Declaration, lifetimes: &[Option<Lifetime>], live_bytes: &[u64]) -> (Vec<Option<u64>>, u64) {
     let by_time: Vec<Block> = {
@@ -100,7 +106,7 @@ pub(super) fn heap(declaration: &Declaration, lifetimes: &[Option<Lifetime>], li
     let mut best = first_fit_by_time(&by_time);
     let bound = live_bytes.iter().copied().max().unwrap_or(0);
     if by_time.len() <= SEARCH {
-        let orders: [fn(&Block) -> (u64, u64); 3] = [
+        let orders: [Order; 3] = [
             |block| (block.bytes, block.lifetime.last as u64 - block.lifetime.first as u64),
             |block| (block.bytes.saturating_mul(block.lifetime.last as u64 - block.lifetime.first as u64 + 1), block.bytes),
             |block| (block.lifetime.last as u64 - block.lifetime.first as u64, block.bytes),

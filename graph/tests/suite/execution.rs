@@ -346,7 +346,7 @@ fn a_closures_error_names_the_pass() {
     let mut graph = Graph::new("closure");
     graph.closure("fails").side_effect().record(|_| Err("no such file".to_owned()));
     let error = executor.execute(graph).unwrap_err();
-    assert!(matches!(&error, GraphError::Closure { at, message } if at.pass == "fails" && message == "no such file"), "{error}");
+    assert!(matches!(&error, GraphError::Closure { at, message } if at.pass() == "fails" && message == "no such file"), "{error}");
     // And what wgpu refuses inside a closure is an error too, not a panic.
     let mut graph = Graph::new("closure");
     let mut a = graph.buffer("a", BufferDesc::words(4));
@@ -549,15 +549,10 @@ fn frames_beyond_the_device_are_refused_before_anything_is_created() {
         graph.compute(&wide).write("words", &mut words).dispatch([1, 1, 1]);
         graph.keep(&words);
     });
-    let many = ComputeShader::from_wgsl(
-        "many",
-        &format!(
-            "{} @compute @workgroup_size(1) fn many() {{ {} }}",
-            (0..9).map(|i| format!("@group(0) @binding({i}) var<storage, read_write> b{i}: array<u32>;\n")).collect::<String>(),
-            (0..9).map(|i| format!("b{i}[0] = 1u;")).collect::<String>()
-        ),
-    )
-    .unwrap();
+    let lines = |line: &dyn Fn(usize) -> String| (0..9).map(line).collect::<Vec<_>>().join("\n");
+    let bindings = lines(&|i| format!("@group(0) @binding({i}) var<storage, read_write> b{i}: array<u32>;"));
+    let body = lines(&|i| format!("b{i}[0] = 1u;"));
+    let many = ComputeShader::from_wgsl("many", &format!("{bindings} @compute @workgroup_size(1) fn many() {{ {body} }}")).unwrap();
     check("`many`", "max_storage_buffers_per_shader_stage", &mut |graph| {
         let mut buffers: Vec<_> = (0..9).map(|i| graph.buffer(&format!("b{i}"), BufferDesc::words(1))).collect();
         buffers.iter_mut().enumerate().fold(graph.compute(&many), |pass, (i, b)| pass.write(&format!("b{i}"), b)).dispatch([1, 1, 1]);

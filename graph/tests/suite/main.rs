@@ -1,5 +1,8 @@
 //! The graph from outside: planning, refusals and execution on the software adapter.
 
+#![allow(clippy::unwrap_used, reason = "a helper of a test fails like the test")]
+#![allow(clippy::float_cmp, reason = "sums of small whole numbers are exact")]
+
 mod execution;
 mod frames;
 mod planning;
@@ -19,7 +22,7 @@ shader_struct! {
 }
 
 /// `target_words[i] = f(source_words[i])` over f32, with `Amount` as params.
-pub fn kernel(label: &str, expression: &str) -> ComputeShader {
+pub(crate) fn kernel(label: &str, expression: &str) -> ComputeShader {
     let wgsl = format!(
         "struct Amount {{ value: f32, count: u32 }}
         @group(0) @binding(0) var<uniform> params: Amount;
@@ -34,7 +37,7 @@ pub fn kernel(label: &str, expression: &str) -> ComputeShader {
 }
 
 /// `words[i] = value + i` over f32.
-pub fn fill() -> ComputeShader {
+pub(crate) fn fill() -> ComputeShader {
     ComputeShader::from_wgsl(
         "fill",
         "struct Amount { value: f32, count: u32 }
@@ -48,6 +51,6 @@ pub fn fill() -> ComputeShader {
 }
 
 /// An executor, or `None` and SKIPPED where there is no adapter.
-pub fn executor() -> Option<Executor> {
+pub(crate) fn executor() -> Option<Executor> {
     Gpu::for_tests().map(|gpu| Executor::new(&gpu))
 }

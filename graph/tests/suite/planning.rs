@@ -144,7 +144,7 @@ fn check(declaration: &Declaration, plan: &Plan) {
     let Memory { unshared_bytes, peak_live_bytes, pooled_bytes, placed_bytes, .. } = plan.memory;
     assert!(peak_live_bytes <= placed_bytes && peak_live_bytes <= pooled_bytes, "{:?}", plan.memory);
     assert!(pooled_bytes <= unshared_bytes, "{:?}", plan.memory);
-    assert_eq!(plan.order.len() + plan.culled.len(), declaration.passes.len());
+    assert_eq!(plan.order.len() + plan.culled.len(), declaration.passes.len(), "a pass runs or is culled");
     assert!(plan.order.is_sorted(), "recorded order respects every dependency and breaks every tie");
     let transient: Vec<usize> = (0..declaration.resources.len())
         .filter(|&r| declaration.resources[r].origin == Origin::Transient && plan.lifetimes[r].is_some())

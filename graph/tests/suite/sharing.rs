@@ -126,7 +126,7 @@ fn a_pass_that_relies_on_stale_contents_is_refused() {
     graph.compute(&accumulate).write("sum", &mut sum).dispatch([1, 1, 1]);
     graph.readback_buffer(&sum);
     let error = graph.plan(&lightloom_graph::PlanOptions::default()).unwrap_err();
-    assert!(matches!(&error, GraphError::StaleRead { at, resource, .. } if at.pass == "accumulate" && resource == "sum"), "{error}");
+    assert!(matches!(&error, GraphError::StaleRead { at, resource, .. } if at.pass() == "accumulate" && resource == "sum"), "{error}");
     assert!(error.to_string().contains("sharing.rs:"), "the Rust line is named: {error}");
     if let Some(mut executor) = executor() {
         let mut graph = Graph::new("stale");
