@@ -89,8 +89,8 @@ pub(crate) struct SceneArgs {
     /// Photons emitted per frame, such as 250k or 1M
     #[arg(long, value_name = "N", default_value = "1M", value_parser = parse_count, allow_negative_numbers = true)]
     pub(crate) photons: u32,
-    /// Bounces of a path at most
-    #[arg(long, value_name = "N", default_value = "8", value_parser = clap::value_parser!(u32).range(0..=64), allow_negative_numbers = true)]
+    /// Bounces of a path at most; the default is as good as no limit, for roulette ends paths long before
+    #[arg(long, value_name = "N", default_value = "32", value_parser = clap::value_parser!(u32).range(0..=256), allow_negative_numbers = true)]
     pub(crate) bounces: u32,
     /// Frames to average, each with other photons
     #[arg(long, value_name = "N", default_value = "1", value_parser = parse_positive, allow_negative_numbers = true)]

@@ -15,11 +15,14 @@ use crate::{Estimate, FrameInputs, Parameter, Strategy, StrategyError};
 use lightloom_graph::{Graph, WgslSources};
 use lightloom_passes::{PathSettings, PathTrace, PhotonSettings, PhotonSplat, PhotonTracing};
 
+/// Light paths cost less than paths from the eye, since most end at their first, non-specular hit; caustics are noisier.
+const LIGHT_PATHS_PER_PIXEL: u32 = 4;
+
 /// What a user can choose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PathConfig {
     /// Paths per frame from point, spot and directional lights, for caustics. 0: none, and the caustics of such
-    /// lights are missing. Automatic: one per pixel. More: calmer caustics.
+    /// lights are missing. Automatic: four per pixel. More: calmer caustics.
     pub light_paths: Option<u32>,
 }
 
@@ -62,9 +65,12 @@ impl Strategy for Path {
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
-        let emitted = self.config.light_paths.unwrap_or_else(|| frame.size[0].saturating_mul(frame.size[1]));
-        // Only lights without area need light paths: emissive triangles are hit by paths from the eye.
-        let splats = (frame.info.punctual_count > 0 && emitted > 0 && frame.max_bounces > 0).then(|| {
+        let automatic = frame.size[0].saturating_mul(frame.size[1]).saturating_mul(LIGHT_PATHS_PER_PIXEL);
+        let emitted = self.config.light_paths.unwrap_or(automatic);
+        // Only lights without area need light paths (emissive triangles are hit by paths from the eye), and only where
+        // something mirrors or refracts.
+        let specular = frame.scene.traits.glossy || frame.scene.traits.refracts;
+        let splats = (specular && frame.info.punctual_count > 0 && emitted > 0 && frame.max_bounces > 0).then(|| {
             let settings = PhotonSettings {
                 emitted,
                 capacity: PhotonSettings::default_capacity(emitted, frame.max_bounces),

@@ -77,7 +77,7 @@ impl Default for Settings {
             size: [320, 180],
             photons: 200_000,
             photon_capacity: None,
-            bounces: 8,
+            bounces: 32,
             seed: 0,
             frames: 1,
             deterministic: false,
