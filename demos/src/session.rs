@@ -273,7 +273,7 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
 /// How the times were measured, for people.
 fn timing_text(source: TimingSource) -> &'static str {
     match source {
-        TimingSource::Timestamps => "GPU timestamps around each pass",
+        TimingSource::Timestamps => "timestamps around each pass",
         TimingSource::CpuPerPass => {
             "the CPU's clock around a submission and a wait per pass, since this driver's timestamps are wrong; includes the cost of submitting"
         }

@@ -18,8 +18,8 @@ use crate::{Error, Picture, console, flip, mean_ratio, read_exr, relative_mse, s
 const REFERENCE_SEED: u32 = 0x9e37_79b9;
 
 /// The comparison of all strategies on a built-in scene, as a command line.
-const BUILT_IN: &str = "lightloom compare builtin:cornell-glass --reference path --size 256x192 --photons 200k \
-                        --samples 128 -o out/cornell-glass";
+const BUILT_IN: &str = "lightloom compare builtin:caustics --reference path --size 160x120 --photons 40k --frames 4 \
+                        --samples 64 -o out/caustics";
 
 /// What the program does without arguments.
 pub(crate) fn built_in() -> Result<(), Error> {

@@ -2,21 +2,24 @@
 
 use crate::format::{bytes, number};
 use crate::report::escape;
-use crate::results::{PassTime, Results};
+use crate::results::Results;
 
-/// Device time of each pass, on one scale for all strategies.
+/// Device time of the strategies on one scale, then of each strategy's passes on a scale of its own: brute force would
+/// leave nothing to see of the others.
 pub(crate) fn times(results: &Results) -> String {
-    let charts: Vec<(&str, Option<f64>, Vec<Row>)> =
-        results.strategies.iter().map(|s| (s.name.as_str(), s.gpu_ms, merged(&s.passes))).collect();
-    let longest = charts.iter().flat_map(|(_, _, rows)| rows).map(|row| row.value).fold(0.0, f64::max);
-    if longest <= 0.0 {
+    let time =
+        |name: &str, ms: Option<f64>| Row { label: name.to_owned(), text: number(ms), value: ms.unwrap_or(0.0), class: "time" };
+    let totals: Vec<Row> = results.strategies.iter().map(|s| time(&s.name, s.gpu_ms)).collect();
+    if totals.iter().all(|row| row.value <= 0.0) {
         return "<p class=note>This adapter has no clock, so there are no times per pass.</p>\n".to_owned();
     }
-    let mut html =
-        format!("<p class=note>One frame, in ms; the bars of all strategies have one scale. {}</p>\n", escape(&results.timing));
-    for (name, total, rows) in charts {
-        html.push_str(&format!("<h3>{} <small>{} ms</small></h3>\n", escape(name), number(total)));
-        html.push_str(&bars(&rows, longest));
+    let note = format!("<p class=note>Device time of one frame in ms, measured by {}.</p>\n", escape(&results.timing));
+    let mut html = format!("{note}<h3>Strategies <small>on one scale</small></h3>\n{}", bars(&totals, longest(&totals)));
+    for strategy in &results.strategies {
+        let rows: Vec<Row> = strategy.passes.iter().map(|pass| time(&pass.name, pass.gpu_ms)).collect();
+        let total = number(strategy.gpu_ms);
+        html.push_str(&format!("<h3>{} <small>{total} ms</small></h3>\n", escape(&strategy.name)));
+        html.push_str(&bars(&rows, longest(&rows)));
     }
     html
 }
@@ -49,27 +52,8 @@ struct Row {
     class: &'static str,
 }
 
-/// Passes of one name as one row, in the order of their first run: long work is split into many dispatches.
-fn merged(passes: &[PassTime]) -> Vec<Row> {
-    let mut groups: Vec<(&str, usize, f64)> = Vec::new();
-    for pass in passes {
-        let name = pass.name.split('#').next().unwrap_or(&pass.name);
-        let ms = pass.gpu_ms.unwrap_or(0.0);
-        match groups.iter_mut().find(|group| group.0 == name) {
-            Some(group) => {
-                group.1 += 1;
-                group.2 += ms;
-            }
-            None => groups.push((name, 1, ms)),
-        }
-    }
-    let row = |(name, count, ms): (&str, usize, f64)| Row {
-        label: if count > 1 { format!("{name} ×{count}") } else { name.to_owned() },
-        text: number(Some(ms)),
-        value: ms,
-        class: "time",
-    };
-    groups.into_iter().map(row).collect()
+fn longest(rows: &[Row]) -> f64 {
+    rows.iter().map(|row| row.value).fold(0.0, f64::max)
 }
 
 fn bars(rows: &[Row], full: f64) -> String {
@@ -89,13 +73,27 @@ fn bars(rows: &[Row], full: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::{PassTime, StrategyResult};
 
     #[test]
-    fn passes_of_one_name_become_one_row() {
-        let pass = |name: &str, ms| PassTime { name: name.to_owned(), gpu_ms: Some(ms) };
-        let rows = merged(&[pass("trace", 1.0), pass("gather", 2.0), pass("gather#2", 3.0)]);
-        assert_eq!(rows.len(), 2);
-        assert_eq!((rows[1].label.as_str(), rows[1].value), ("gather ×2", 5.0));
+    fn a_strategys_passes_have_a_scale_of_their_own() {
+        let strategy = |name: &str, ms: f64| StrategyResult {
+            name: name.to_owned(),
+            gpu_ms: Some(ms),
+            passes: vec![PassTime { name: "gather".to_owned(), gpu_ms: Some(ms) }],
+            ..StrategyResult::default()
+        };
+        let results = Results { strategies: vec![strategy("a", 1.0), strategy("b", 100.0)], ..Results::default() };
+        let html = times(&results);
+        assert_eq!(html.matches("width:100.00%").count(), 3, "b among the strategies, and each strategy's longest pass: {html}");
+        assert_eq!(html.matches("width:1.00%").count(), 1, "a among the strategies: {html}");
+    }
+
+    #[test]
+    fn without_a_clock_there_are_no_bars() {
+        let strategy = StrategyResult { name: "a".to_owned(), ..StrategyResult::default() };
+        let html = times(&Results { strategies: vec![strategy], ..Results::default() });
+        assert!(html.contains("no clock") && !html.contains("class=bar"), "{html}");
     }
 
     #[test]

@@ -50,7 +50,8 @@ fn line(row: &StrategyResult, best: &Best) -> String {
         let class = if is_best { " class=best" } else { "" };
         format!("<td{class}>{text}</td>")
     };
-    let is_best = |value: Option<f64>, best: Option<f64>| value.is_some() && value == best;
+    // As shown: what reads the same is the same.
+    let is_best = |value: Option<f64>, best: Option<f64>| best.is_some() && number(value) == number(best);
     let mean = |channels: [f64; 3]| channels.iter().sum::<f64>() / 3.0;
     let emitted = mean(row.flux.emitted);
     let share = |channels: [f64; 3]| {
@@ -88,5 +89,7 @@ mod tests {
         let table = strategies(&results);
         assert!(table.contains("<td class=best>0.250</td>"), "{table}");
         assert!(table.contains("<td>0.500</td>"), "{table}");
+        let tie = Results { strategies: vec![row("a", 0.25), row("b", 0.250_01)], ..Results::default() };
+        assert_eq!(strategies(&tie).matches("class=best").count(), 2, "what reads the same is the same");
     }
 }
