@@ -2,7 +2,7 @@
 //
 // [MML13]: "Toward practical real-time photon mapping", Mara, McGuire and Luebke, I3D 2013.
 //
-// 256 photons of 32 bytes and their radii take 9 KiB, within WebGPU's 16 KiB. One thread loads one photon.
+// 256 photons of 32 bytes and their radii take 9 KiB, within WebGPU's 16 KiB.
 #import "shared/radiance_sum.wgsl"
 
 const PHOTON_BLOCK: u32 = 256u;
@@ -10,19 +10,29 @@ const PHOTON_BLOCK: u32 = 256u;
 var<workgroup> photon_block: array<Photon, PHOTON_BLOCK>;
 var<workgroup> radius_block: array<f32, PHOTON_BLOCK>;
 
-// Call in uniform control flow with a barrier after it.
-fn load_block_photon(thread: u32, photon: Photon, r_min: f32, r_max: f32) {
-    photon_block[thread] = photon;
-    radius_block[thread] = photon_radius(photon, r_min, r_max);
+// Puts a photon into the block; a barrier must follow before the block is gathered.
+fn load_block_photon(place: u32, photon: Photon, r_min: f32, r_max: f32) {
+    photon_block[place] = photon;
+    radius_block[place] = photon_radius(photon, r_min, r_max);
 }
 
 // Adds the first `count` photons of the block to `sum`, in their order.
+//
+// Threads run in lockstep, and most photons of a block are too far from any one pixel: the pixels test 32 photons first
+// and then each sums those near it, so that a contribution costs once per photon that counts, not once per candidate.
 fn gather_block(sum: ptr<function, RadianceSum>, point: VisiblePoint, count: u32) {
-    for (var i = 0u; i < count; i++) {
-        let offset = photon_block[i].position - point.position;
-        let radius = radius_block[i];
-        if dot(offset, offset) < radius * radius {
-            add_photon(sum, point, photon_block[i], radius);
+    for (var first = 0u; first < count; first += 32u) {
+        var near = 0u;
+        let batch = min(32u, count - first);
+        for (var i = 0u; i < batch; i++) {
+            let offset = photon_block[first + i].position - point.position;
+            let radius = radius_block[first + i];
+            near |= select(0u, 1u << i, dot(offset, offset) < radius * radius);
+        }
+        while near != 0u {
+            let i = first + firstTrailingBit(near);
+            near &= near - 1u;
+            add_photon(sum, point, photon_block[i], radius_block[i]);
         }
     }
 }

@@ -37,6 +37,24 @@ fn find_cell(cell: vec3i) -> vec2u {
     return vec2u(0u);
 }
 
+// Adds the photons of a list, in their order. Tests 32 of them first and then sums those near the point: threads run in
+// lockstep, and a contribution should cost once per photon that counts, not once per candidate.
+fn gather_range(sum: ptr<function, RadianceSum>, point: VisiblePoint, range: vec2u) {
+    for (var first = range.x; first < range.y; first += 32u) {
+        var near = 0u;
+        let batch = min(32u, range.y - first);
+        for (var i = 0u; i < batch; i++) {
+            let offset = cell_photons[first + i].position - point.position;
+            near |= select(0u, 1u << i, dot(offset, offset) < params.r_max * params.r_max);
+        }
+        while near != 0u {
+            let photon = cell_photons[first + firstTrailingBit(near)];
+            near &= near - 1u;
+            add_photon(sum, point, photon, photon_radius(photon, params.r_min, params.r_max));
+        }
+    }
+}
+
 @compute @workgroup_size(8, 8)
 fn hash_grid_gather(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= params.size) {
@@ -53,14 +71,7 @@ fn hash_grid_gather(@builtin(global_invocation_id) id: vec3u) {
             for (var y = first.y; y <= last.y; y++) {
                 for (var x = first.x; x <= last.x; x++) {
                     let range = find_cell(vec3i(x, y, z));
-                    for (var i = range.x; i < range.y; i++) {
-                        let photon = cell_photons[i];
-                        let offset = photon.position - point.position;
-                        let radius = photon_radius(photon, params.r_min, params.r_max);
-                        if dot(offset, offset) < radius * radius {
-                            add_photon(&sum, point, photon, radius);
-                        }
-                    }
+                    gather_range(&sum, point, range);
                 }
             }
         }

@@ -27,6 +27,9 @@ struct Params {
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
 
+// Of the workgroup, 8 × 8.
+const THREADS: u32 = 64u;
+
 @compute @workgroup_size(8, 8)
 fn tiled_gather(
     @builtin(global_invocation_id) id: vec3u,
@@ -43,7 +46,7 @@ fn tiled_gather(
     var sum: RadianceSum;
     for (var block = tile_offsets[tile]; block < end; block += PHOTON_BLOCK) {
         let count = min(PHOTON_BLOCK, end - block);
-        for (var i = thread; i < count; i += 64u) {
+        for (var i = thread; i < count; i += THREADS) {
             load_block_photon(i, photons[tile_entries[block + i]], params.r_min, params.r_max);
         }
         workgroupBarrier();

@@ -3,19 +3,21 @@
 //! A photon's radius is `r = r_min + (r_max − r_min) √(1 − ρ)` [MML13] Eq. 4, where ρ is the a priori probability of its
 //! path: `r_min` for photons that took specular paths (caustics), nearly `r_max` after diffuse bounces.
 //!
-//! Raising the radii trades noise for blur: variance falls as r⁻², bias grows as r². With fixed radii the estimate is
-//! biased and stays so for any number of photons; it converges when the radii shrink as photons are added.
+//! Raising the radii trades noise for blur: variance falls as r⁻², squared bias grows as r⁴. With fixed radii the estimate
+//! is biased and stays so for any number of photons. The automatic radii fall as N^(−1/6) with the number of photons, the
+//! rate at which both parts of the error fall alike [Silverman86, section 4.3, d = 2], so that it is consistent: its mean squared error
+//! falls as N^(−2/3).
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
+//! [Silverman86, section 4.3, d = 2]: https://doi.org/10.1201/9781315140919 "Density estimation for statistics and data analysis, Silverman, 1986"
 
 use crate::StrategyError;
 use crate::parameter::{Assignment, Parameter};
 use lightloom_passes::scene::SceneInfo;
-use std::f32::consts::PI;
 
-/// Photons the automatic `r_max` would hold if the frame's photons were spread evenly over all surfaces: relative noise near
-/// 1/√75 = 12 % per pixel and channel, before any filter.
-const PHOTONS_PER_DISC: f32 = 75.0;
+/// The automatic `r_max` of one photon, as a share of the scene's radius: a hundredth of it for a million photons. Wider
+/// discs reach over the edges of a building's columns and vaults, where no photons lie, and lose more than 5 % of the light.
+const R_MAX_SHARE: f32 = 0.1;
 /// Automatic `r_min` as a share of `r_max`: caustics gather 16 times and more flux per area than their surroundings.
 const R_MIN_SHARE: f32 = 0.25;
 
@@ -26,9 +28,8 @@ pub struct KernelRadius {
     pub r_min_m: Option<f32>,
     /// Radius of photons of the least probable paths (m).
     ///
-    /// Automatic: `r_max = √(75 A / (π N))`, A the area of all surfaces (m²), N the photons emitted in the frame. With a scene's
-    /// usual albedo near one half, about as many photons are stored as are emitted, and so a disc of
-    /// this radius on an evenly lit surface holds about 75 photons.
+    /// Automatic: `r_max = R/10 · N^(−1/6)`, R the radius of the scene's bounding sphere (m), N the photons emitted in the
+    /// frame: R/68 for 100,000 of them, R/100 for a million.
     pub r_max_m: Option<f32>,
 }
 
@@ -51,8 +52,8 @@ impl KernelRadius {
     ///
     /// An automatic radius gives way to a stated one: a stated `r_min` above the automatic `r_max` raises that.
     pub fn resolve(&self, scene: &SceneInfo, emitted: u32) -> Result<Radii, StrategyError> {
-        let automatic = (PHOTONS_PER_DISC * scene.surface_area / (PI * emitted.max(1) as f32)).sqrt();
-        // A scene without area still needs a positive radius; nothing will be gathered there.
+        let automatic = R_MAX_SHARE * scene.bounds_radius * (emitted.max(1) as f32).powf(-1.0 / 6.0);
+        // A scene without extent still needs a positive radius; nothing will be gathered there.
         let automatic = if automatic.is_finite() && automatic > 0.0 { automatic } else { 1.0 };
         let r_max_m = self.r_max_m.unwrap_or_else(|| automatic.max(self.r_min_m.unwrap_or(0.0)));
         let r_min_m = self.r_min_m.unwrap_or(R_MIN_SHARE * r_max_m);
@@ -107,12 +108,13 @@ mod tests {
     use crate::test_scene::unit_scene;
 
     #[test]
-    fn automatic_discs_hold_75_photons() {
+    fn automatic_radii_fall_as_the_sixth_root_of_the_photons() {
         let scene = unit_scene();
-        let radii = KernelRadius::default().resolve(&scene, 1_000_000).unwrap();
-        let held = PI * radii.r_max_m * radii.r_max_m / scene.surface_area * 1e6;
-        assert!((held - 75.0).abs() < 0.1, "{held}");
-        assert!((radii.r_min_m - radii.r_max_m / 4.0).abs() < 1e-6, "{radii:?}");
+        let radius = |photons| KernelRadius::default().resolve(&scene, photons).unwrap();
+        let million = radius(1_000_000);
+        assert!((million.r_max_m / scene.bounds_radius - 0.01).abs() < 1e-5, "{million:?}");
+        assert!((million.r_min_m - million.r_max_m / 4.0).abs() < 1e-6, "{million:?}");
+        assert!((radius(1_000_000).r_max_m / radius(64_000_000).r_max_m - 2.0).abs() < 1e-4, "64 = 2⁶");
     }
 
     #[test]
@@ -143,8 +145,8 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_without_area_has_a_radius() {
-        let scene = SceneInfo { surface_area: 0.0, ..unit_scene() };
+    fn a_scene_without_extent_has_a_radius() {
+        let scene = SceneInfo { bounds_radius: 0.0, ..unit_scene() };
         assert!(KernelRadius::default().resolve(&scene, 0).unwrap().r_max_m > 0.0);
     }
 }

@@ -9,7 +9,8 @@
 //!                         for each pixel (x, y) of T:  image[x, y] += contribution of P at X
 //! ```
 //!
-//! [MML13] listings 5 and 6, without subsampling; tiles of 16 × 16 pixels. Sums the photons `exact` sums, in another order.
+//! [MML13] listings 5 and 6, without subsampling; tiles of 8 × 8 pixels: every pixel of a tile meets all
+//! photons of the tile, so that small tiles save more than the photons they fetch twice cost. Sums the photons `exact` sums, in another order.
 //! Biased for any radius above 0; consistent as radii shrink and photons grow. A photon whose tiles find no room
 //! in the lists is lost there: `entries_dropped` counts them, and raising `entry_capacity` is the mend.
 //!
@@ -207,7 +208,7 @@ impl Strategy for Tiled {
     }
 
     fn description(&self) -> &'static str {
-        "photons in 16 × 16 pixel tiles, gathered through workgroup memory [MML13]; biased by its radius, consistent"
+        "photons in 8 × 8 pixel tiles, gathered through workgroup memory [MML13]; biased by its radius, consistent"
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {

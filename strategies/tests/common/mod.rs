@@ -184,7 +184,7 @@ impl Bench {
             emitted: capacity,
         };
         let scene = no_scene(&mut graph);
-        let info = SceneInfo { bounds_center: Vec3::ZERO, bounds_radius: 10.0, surface_area: 100.0, ..SceneInfo::default() };
+        let info = SceneInfo { bounds_center: Vec3::ZERO, bounds_radius: 10.0, ..SceneInfo::default() };
         let inputs = FrameInputs {
             scene: &scene,
             info: &info,
