@@ -44,7 +44,9 @@ impl ClosureContext<'_> {
     /// # Errors
     /// If the pass did not declare such a buffer.
     pub fn buffer(&self, name: &str) -> Result<wgpu::Buffer, String> {
-        find(&self.buffers, name).cloned().ok_or_else(|| format!("the pass declares no buffer `{name}`; add `.read(&…)` or `.write(&mut …)`"))
+        find(&self.buffers, name)
+            .cloned()
+            .ok_or_else(|| format!("the pass declares no buffer `{name}`; add `.read(&…)` or `.write(&mut …)`"))
     }
 
     /// The texture behind the handle of that name, if the pass declared it.
@@ -52,7 +54,9 @@ impl ClosureContext<'_> {
     /// # Errors
     /// If the pass did not declare such a texture.
     pub fn texture(&self, name: &str) -> Result<wgpu::Texture, String> {
-        find(&self.textures, name).cloned().ok_or_else(|| format!("the pass declares no texture `{name}`; add `.read(&…)` or `.write(&mut …)`"))
+        find(&self.textures, name)
+            .cloned()
+            .ok_or_else(|| format!("the pass declares no texture `{name}`; add `.read(&…)` or `.write(&mut …)`"))
     }
 }
 

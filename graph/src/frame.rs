@@ -173,9 +173,8 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
         Kind::Texture => {
             let name = resource.format.ok_or("a texture needs `format`")?;
             let size = resource.size.ok_or("a texture needs `size`: [width, height, layers]")?;
-            let format = format::parse(&name).ok_or_else(|| {
-                format!("`{name}` is no texture format of WebGPU{}", did_you_mean(&name, format::names()))
-            })?;
+            let format = format::parse(&name)
+                .ok_or_else(|| format!("`{name}` is no texture format of WebGPU{}", did_you_mean(&name, format::names())))?;
             let mut desc = TextureDesc::new_2d([size[0], size[1]], format).layers(size[2]);
             desc.mip_level_count = resource.mips.unwrap_or(1);
             desc.sample_count = resource.samples.unwrap_or(1);
@@ -183,7 +182,10 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
                 desc.dimension = wgpu::TextureDimension::D3;
             }
             if desc.is_empty() {
-                return Err(format!("size {size:?}, mips {} and samples {} must all be at least 1", desc.mip_level_count, desc.sample_count));
+                return Err(format!(
+                    "size {size:?}, mips {} and samples {} must all be at least 1",
+                    desc.mip_level_count, desc.sample_count
+                ));
             }
             let bytes = resource.bytes.unwrap_or_else(|| desc.bytes());
             (ResourceKind::Texture(desc), bytes)

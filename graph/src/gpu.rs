@@ -37,7 +37,9 @@ pub struct GpuRequest {
 #[non_exhaustive]
 pub enum GpuError {
     /// No adapter at all.
-    #[error("no GPU adapter found: install a Vulkan, Metal or Direct3D 12 driver; on Debian or Ubuntu, `apt-get install mesa-vulkan-drivers` gives a software one")]
+    #[error(
+        "no GPU adapter found: install a Vulkan, Metal or Direct3D 12 driver; on Debian or Ubuntu, `apt-get install mesa-vulkan-drivers` gives a software one"
+    )]
     NoAdapter,
     /// None of that name.
     #[error("no adapter matches `{wanted}`; there are: {known}")]
@@ -87,7 +89,10 @@ fn all() -> Vec<wgpu::Adapter> {
 
 /// Every adapter of this machine.
 pub fn adapters() -> Vec<AdapterSummary> {
-    all().iter().map(|adapter| AdapterSummary { info: adapter.get_info(), features: adapter.features(), limits: adapter.limits() }).collect()
+    all()
+        .iter()
+        .map(|adapter| AdapterSummary { info: adapter.get_info(), features: adapter.features(), limits: adapter.limits() })
+        .collect()
 }
 
 fn describe(info: &wgpu::AdapterInfo) -> String {
@@ -130,7 +135,8 @@ impl Gpu {
         if !missing.is_empty() {
             return Err(GpuError::Features { adapter: name, features: format!("{missing:?}") });
         }
-        let optional = request.optional_features | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        let optional =
+            request.optional_features | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         let required_features = request.required_features | (adapter.features() & optional);
         let required_limits = if request.max_limits { adapter.limits() } else { wgpu::Limits::default() };
         let descriptor = wgpu::DeviceDescriptor {

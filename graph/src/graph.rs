@@ -101,7 +101,12 @@ impl<'f> Graph<'f> {
 
     /// The caller's texture. `None` plans but does not execute.
     #[track_caller]
-    pub fn import_texture(&mut self, name: &str, desc: TextureDesc, texture: impl Into<Option<wgpu::Texture>>) -> Handle<Texture> {
+    pub fn import_texture(
+        &mut self,
+        name: &str,
+        desc: TextureDesc,
+        texture: impl Into<Option<wgpu::Texture>>,
+    ) -> Handle<Texture> {
         let object = texture.into().map_or(Object::None, Object::Texture);
         self.add_texture(name, desc, Origin::Imported, object)
     }
@@ -147,7 +152,16 @@ impl<'f> Graph<'f> {
 
     #[track_caller]
     #[expect(clippy::too_many_arguments, reason = "one private place that fills a declaration's row")]
-    fn add<T: Resource>(&mut self, name: &str, kind: ResourceKind, origin: Origin, object: Object, bytes: u64, empty: bool, desc: T::Desc) -> Handle<T> {
+    fn add<T: Resource>(
+        &mut self,
+        name: &str,
+        kind: ResourceKind,
+        origin: Origin,
+        object: Object,
+        bytes: u64,
+        empty: bool,
+        desc: T::Desc,
+    ) -> Handle<T> {
         let location = Location::caller();
         let name = unique(&mut self.resource_names, name);
         if empty {
@@ -238,7 +252,10 @@ impl<'f> Graph<'f> {
         let refusal = if desc.sample_count != 1 {
             Some("it has several samples per texel; resolve it first by a pass that reads them")
         } else if desc.format.is_depth_stencil_format()
-            && !matches!(desc.format, wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8)
+            && !matches!(
+                desc.format,
+                wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8
+            )
             || desc.format.is_multi_planar_format()
         {
             Some("its format has no single copyable layout; use depth32float or a colour format")
@@ -319,7 +336,14 @@ impl<'f> Graph<'f> {
             self.refuse(errors);
             return;
         }
-        let decl = PassDecl { name: name.to_owned(), kind: PassKind::Copy, heavy: false, side_effect, accesses, location: Some(location) };
+        let decl = PassDecl {
+            name: name.to_owned(),
+            kind: PassKind::Copy,
+            heavy: false,
+            side_effect,
+            accesses,
+            location: Some(location),
+        };
         self.record(Recorded { decl, work });
     }
 

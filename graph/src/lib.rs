@@ -56,6 +56,11 @@ mod shader;
 mod verify;
 mod wgsl;
 
+/// Compiles the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 pub use bytemuck;
 pub use closure::ClosureContext;
 pub use declaration::{Access, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write};

@@ -315,7 +315,14 @@ impl<'f> ClosurePass<'_, 'f> {
             return;
         }
         graph.record(Recorded {
-            decl: PassDecl { name: at.pass().to_owned(), kind: PassKind::Closure, heavy, side_effect, accesses, location: Some(location) },
+            decl: PassDecl {
+                name: at.pass().to_owned(),
+                kind: PassKind::Closure,
+                heavy,
+                side_effect,
+                accesses,
+                location: Some(location),
+            },
             work: Work::Closure(Record(Box::new(record))),
         });
     }

@@ -67,7 +67,13 @@ pub(crate) fn targets(
         match sized {
             Some((first, other)) if (other.size, other.sample_count) != (desc.size, desc.sample_count) => {
                 let (first, second) = (first.to_owned(), attach.texture.clone());
-                errors.push(GraphError::AttachmentSize { at: at.clone(), first, first_size: other.to_string(), second, second_size: desc.to_string() });
+                errors.push(GraphError::AttachmentSize {
+                    at: at.clone(),
+                    first,
+                    first_size: other.to_string(),
+                    second,
+                    second_size: desc.to_string(),
+                });
             }
             Some(_) => {}
             None => {
@@ -93,7 +99,9 @@ pub(crate) fn targets(
             };
             match color_load(desc, attach.load, output, shader.blend.is_some()) {
                 Err(message) => errors.push(refuse(message)),
-                Ok(_) if targets.colors[output.location as usize].is_some() => errors.push(refuse("this output already has a texture; remove one".to_owned())),
+                Ok(_) if targets.colors[output.location as usize].is_some() => {
+                    errors.push(refuse("this output already has a texture; remove one".to_owned()));
+                }
                 Ok(load) => targets.colors[output.location as usize] = Some((attach.resource, load)),
             }
         }
@@ -107,14 +115,22 @@ pub(crate) fn targets(
     }
     for output in shader.outputs.iter() {
         if !colors.iter().any(|attach| attach.name == output.name) {
-            errors.push(GraphError::MissingAttachment { at: at.clone(), attachment: output.name.clone(), shader: shader.core.source.flat.root() });
+            errors.push(GraphError::MissingAttachment {
+                at: at.clone(),
+                attachment: output.name.clone(),
+                shader: shader.core.source.flat.root(),
+            });
         }
     }
     if colors.is_empty() && depth.is_none() && shader.outputs.is_empty() {
         errors.push(GraphError::NoAttachment { at: at.clone() });
     }
     if shader.writes_depth && depth.is_none() {
-        errors.push(GraphError::MissingAttachment { at: at.clone(), attachment: "depth".to_owned(), shader: shader.core.source.flat.root() });
+        errors.push(GraphError::MissingAttachment {
+            at: at.clone(),
+            attachment: "depth".to_owned(),
+            shader: shader.core.source.flat.root(),
+        });
     }
     targets
 }
@@ -136,12 +152,21 @@ fn color_load(desc: &TextureDesc, load: Load, output: &Output, blends: bool) -> 
         return Err("it is a depth format; attach it with `.depth(…)`".to_owned());
     }
     let given = desc.format.sample_type(None, None);
-    let fits = matches!((output.sample, given), (S::Float { .. }, Some(S::Float { .. })) | (S::Uint, Some(S::Uint)) | (S::Sint, Some(S::Sint)));
+    let fits = matches!(
+        (output.sample, given),
+        (S::Float { .. }, Some(S::Float { .. })) | (S::Uint, Some(S::Uint)) | (S::Sint, Some(S::Sint))
+    );
     if !fits {
-        return Err("the fragment stage writes another kind of value (f32, u32 or i32); make format and WGSL type agree".to_owned());
+        return Err(
+            "the fragment stage writes another kind of value (f32, u32 or i32); make format and WGSL type agree".to_owned()
+        );
     }
     if output.components < desc.format.components() {
-        return Err(format!("the fragment stage writes {} components and the format has {}; write them all", output.components, desc.format.components()));
+        return Err(format!(
+            "the fragment stage writes {} components and the format has {}; write them all",
+            output.components,
+            desc.format.components()
+        ));
     }
     if blends && given != Some(S::Float { filterable: true }) {
         return Err("the shader blends, which this format does not do everywhere; use a 16-bit float or unorm format".to_owned());

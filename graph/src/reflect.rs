@@ -148,10 +148,18 @@ pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
         let span = error.labels().map(|(span, _)| span).find(naga::Span::is_defined).unwrap_or_default();
         let detail: Vec<&str> = error.labels().map(|(_, text)| text).filter(|text| !text.is_empty()).collect();
         let notes: Vec<&str> = error.notes().collect();
-        let message = [error.message(), &detail.join(", "), &notes.join(", ")].iter().filter(|part| !part.is_empty()).map(ToString::to_string).collect::<Vec<_>>();
+        let message = [error.message(), &detail.join(", "), &notes.join(", ")]
+            .iter()
+            .filter(|part| !part.is_empty())
+            .map(ToString::to_string)
+            .collect::<Vec<_>>();
         ShaderError::Parse { place: flat.place(span), message: message.join(": ") }
     })?;
-    let mut validator = wgpu_naga_bridge::create_validator(wgpu::Features::empty(), wgpu::DownlevelFlags::all(), naga::valid::ValidationFlags::all());
+    let mut validator = wgpu_naga_bridge::create_validator(
+        wgpu::Features::empty(),
+        wgpu::DownlevelFlags::all(),
+        naga::valid::ValidationFlags::all(),
+    );
     let info = validator.validate(&module).map_err(|error| {
         let span = error.spans().map(|(span, _)| *span).find(naga::Span::is_defined).unwrap_or_default();
         ShaderError::Validation { place: flat.place(span), message: chain(error.as_inner()) }
@@ -175,7 +183,12 @@ pub(crate) fn entry(reflected: &Reflected, flat: &FlatWgsl, stage: ShaderStage, 
     let Reflected { module, info } = reflected;
     let Some(index) = module.entry_points.iter().position(|entry| entry.stage == stage && entry.name == name) else {
         let known = names(module.entry_points.iter().map(|entry| entry.name.as_str()));
-        return Err(ShaderError::EntryPoint { place: flat.root(), stage: format!("{stage:?}").to_lowercase(), entry: name.to_owned(), known });
+        return Err(ShaderError::EntryPoint {
+            place: flat.root(),
+            stage: format!("{stage:?}").to_lowercase(),
+            entry: name.to_owned(),
+            known,
+        });
     };
     let function = info.get_entry_point(index);
     let mut layouter = Layouter::default();
@@ -202,8 +215,11 @@ pub(crate) fn entry(reflected: &Reflected, flat: &FlatWgsl, stage: ShaderStage, 
             return Err(ShaderError::SameSlot { place, binding: name, other, group: slot.group, number: slot.binding });
         }
         let filtered = function.sampling_set.iter().any(|key| key.image == handle);
-        let kind = kind(module, &layouter, variable, filtered)
-            .map_err(|what| ShaderError::Unsupported { place: place.clone(), binding: name.clone(), what })?;
+        let kind = kind(module, &layouter, variable, filtered).map_err(|what| ShaderError::Unsupported {
+            place: place.clone(),
+            binding: name.clone(),
+            what,
+        })?;
         bindings.push(Binding {
             name,
             group: slot.group,
@@ -215,7 +231,8 @@ pub(crate) fn entry(reflected: &Reflected, flat: &FlatWgsl, stage: ShaderStage, 
             place,
         });
     }
-    let (outputs, writes_depth) = if stage == ShaderStage::Fragment { outputs(module, index, flat)? } else { (Vec::new(), false) };
+    let (outputs, writes_depth) =
+        if stage == ShaderStage::Fragment { outputs(module, index, flat)? } else { (Vec::new(), false) };
     Ok(Entry { bindings, unused, outputs, writes_depth, workgroup_bytes })
 }
 
@@ -254,7 +271,9 @@ fn kind(module: &Module, layouter: &Layouter, variable: &GlobalVariable, filtere
                     };
                     Ok(BindingKind::Texture { sample, view, multisampled: multi })
                 }
-                ImageClass::Depth { multi } => Ok(BindingKind::Texture { sample: wgpu::TextureSampleType::Depth, view, multisampled: multi }),
+                ImageClass::Depth { multi } => {
+                    Ok(BindingKind::Texture { sample: wgpu::TextureSampleType::Depth, view, multisampled: multi })
+                }
                 ImageClass::Storage { format, access } => Ok(BindingKind::StorageTexture {
                     format: wgpu_naga_bridge::map_storage_format_from_naga(format),
                     access: match (access.contains(StorageAccess::LOAD), access.contains(StorageAccess::STORE)) {
@@ -311,7 +330,9 @@ fn type_name(module: &Module, ty: naga::Handle<naga::Type>) -> String {
         TypeInner::Scalar(value) => scalar(*value),
         TypeInner::Atomic(value) => format!("atomic<{}>", scalar(*value)),
         TypeInner::Vector { size, scalar: value } => format!("vec{}<{}>", *size as u8, scalar(*value)),
-        TypeInner::Matrix { columns, rows, scalar: value } => format!("mat{}x{}<{}>", *columns as u8, *rows as u8, scalar(*value)),
+        TypeInner::Matrix { columns, rows, scalar: value } => {
+            format!("mat{}x{}<{}>", *columns as u8, *rows as u8, scalar(*value))
+        }
         TypeInner::Array { base, .. } => format!("array<{}>", type_name(module, *base)),
         _ => module.types[ty].name.clone().unwrap_or_else(|| "value".to_owned()),
     }

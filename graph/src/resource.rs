@@ -69,12 +69,11 @@ impl TextureDesc {
     pub fn bytes(&self) -> u64 {
         let (block_w, block_h) = self.format.block_dimensions();
         // Formats without one copyable layout (depth24plus, depth32float-stencil8) are counted as drivers store them.
-        let block_bytes = u64::from(self.format.block_copy_size(None).or(self.format.target_pixel_byte_cost()).unwrap_or(
-            match self.format {
+        let block_bytes =
+            u64::from(self.format.block_copy_size(None).or(self.format.target_pixel_byte_cost()).unwrap_or(match self.format {
                 wgpu::TextureFormat::Depth32FloatStencil8 => 8,
                 _ => 4,
-            },
-        ));
+            }));
         let mut total = 0_u64;
         for mip in 0..self.mip_level_count.min(32) {
             let extent = |texels: u32| u64::from((texels >> mip).max(1));

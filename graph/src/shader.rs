@@ -31,7 +31,8 @@ pub(crate) struct ShaderCore {
 
 impl PartialEq for ShaderCore {
     fn eq(&self, other: &Self) -> bool {
-        let constants = |core: &Self| core.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect::<Vec<_>>();
+        let constants =
+            |core: &Self| core.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect::<Vec<_>>();
         self.hash == other.hash
             && self.label == other.label
             && (Arc::ptr_eq(&self.source, &other.source) || self.source.flat.source() == other.source.flat.source())
@@ -108,16 +109,17 @@ impl ShaderCore {
     fn specialised(&self, stage: ShaderStage, entry: &str) -> Result<[u32; 3], ShaderError> {
         let constants: naga::back::PipelineConstants = self.constants.iter().cloned().collect();
         let Reflected { module, info } = &self.source.reflected;
-        let (module, _) = naga::back::pipeline_constants::process_overrides(module, info, Some((stage, entry)), &constants).map_err(|error| {
-            let (name, value) = self.constants.last().cloned().unwrap_or_default();
-            ShaderError::Constant {
-                place: self.source.flat.root(),
-                name,
-                value,
-                message: reflect::chain(&error),
-                known: names(self.source.reflected.module.overrides.iter().filter_map(|(_, o)| o.name.as_deref())),
-            }
-        })?;
+        let (module, _) = naga::back::pipeline_constants::process_overrides(module, info, Some((stage, entry)), &constants)
+            .map_err(|error| {
+                let (name, value) = self.constants.last().cloned().unwrap_or_default();
+                ShaderError::Constant {
+                    place: self.source.flat.root(),
+                    name,
+                    value,
+                    message: reflect::chain(&error),
+                    known: names(self.source.reflected.module.overrides.iter().filter_map(|(_, o)| o.name.as_deref())),
+                }
+            })?;
         let found = module.entry_points.iter().find(|e| e.stage == stage && e.name == entry);
         Ok(found.map_or([1; 3], |e| e.workgroup_size))
     }
@@ -160,7 +162,8 @@ impl ComputeShader {
 
     fn build(label: &str, flat: FlatWgsl) -> Result<Self, ShaderError> {
         let source = source(flat)?;
-        let Entry { bindings, unused, workgroup_bytes, .. } = reflect::entry(&source.reflected, &source.flat, ShaderStage::Compute, label)?;
+        let Entry { bindings, unused, workgroup_bytes, .. } =
+            reflect::entry(&source.reflected, &source.flat, ShaderStage::Compute, label)?;
         let index = source.reflected.module.entry_points.iter().position(|e| e.name == label);
         let declared = index.map_or([1; 3], |i| source.reflected.module.entry_points[i].workgroup_size);
         let core = ShaderCore::new(label, source, bindings, unused);
@@ -256,7 +259,9 @@ impl RasterShader {
                     let written = other.writes || binding.writes;
                     other.reads |= binding.reads;
                     other.writes = written;
-                    if let reflect::BindingKind::Texture { sample: wgpu::TextureSampleType::Float { filterable: true }, .. } = binding.kind {
+                    if let reflect::BindingKind::Texture { sample: wgpu::TextureSampleType::Float { filterable: true }, .. } =
+                        binding.kind
+                    {
                         other.kind = binding.kind;
                     }
                 }

@@ -78,7 +78,9 @@ impl Source<'_> {
                 let Physical::Texture(texture) = &self.physical[*resource] else { return None };
                 let (dimension, usage) = match &binding.kind {
                     BindingKind::Texture { view, .. } => (*view, wgpu::TextureUsages::TEXTURE_BINDING),
-                    BindingKind::StorageTexture { view, access: wgpu::StorageTextureAccess::Atomic, .. } => (*view, wgpu::TextureUsages::STORAGE_ATOMIC),
+                    BindingKind::StorageTexture { view, access: wgpu::StorageTextureAccess::Atomic, .. } => {
+                        (*view, wgpu::TextureUsages::STORAGE_ATOMIC)
+                    }
                     BindingKind::StorageTexture { view, .. } => (*view, wgpu::TextureUsages::STORAGE_BINDING),
                     _ => return None,
                 };
@@ -89,7 +91,11 @@ impl Source<'_> {
                     dimension: Some(dimension),
                     // A view in another format may not allow all that the texture does.
                     usage: Some(usage),
-                    aspect: if format.is_combined_depth_stencil_format() { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All },
+                    aspect: if format.is_combined_depth_stencil_format() {
+                        wgpu::TextureAspect::DepthOnly
+                    } else {
+                        wgpu::TextureAspect::All
+                    },
                     mip_level_count: storage.then_some(1),
                     ..Default::default()
                 })))

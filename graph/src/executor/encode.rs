@@ -31,7 +31,12 @@ const UNIFORM_ALIGN: u64 = 256;
 
 impl Executor {
     /// Runs the frame's plan.
-    pub(super) fn encode(&mut self, frame: &mut Frame<'_>, source: TimingSource, mut observer: Observer<'_>) -> Result<Run, GraphError> {
+    pub(super) fn encode(
+        &mut self,
+        frame: &mut Frame<'_>,
+        source: TimingSource,
+        mut observer: Observer<'_>,
+    ) -> Result<Run, GraphError> {
         let total = frame.plan.order.len();
         let params = self.upload_params(frame);
         let mut queries = (source == TimingSource::Timestamps).then(|| Queries::new(self.device(), total));
@@ -67,7 +72,9 @@ impl Executor {
             }
         }
         if let Some(queries) = &mut queries {
-            let mut current = encoder.take().unwrap_or_else(|| self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default()));
+            let mut current = encoder
+                .take()
+                .unwrap_or_else(|| self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default()));
             queries.resolve(self.device(), &mut current);
             encoder = Some(current);
         }
@@ -90,7 +97,8 @@ impl Executor {
         }
         let name = |position: usize| &frame.declaration.passes[frame.plan.order[position]].name;
         observe(&mut observer, total, total, total.checked_sub(1).map_or("", |last| name(last)))?;
-        let times = times.into_iter().enumerate().map(|(position, gpu_ms)| PassTime { name: name(position).clone(), gpu_ms }).collect();
+        let times =
+            times.into_iter().enumerate().map(|(position, gpu_ms)| PassTime { name: name(position).clone(), gpu_ms }).collect();
         Ok(Run { times, readbacks })
     }
 
@@ -112,7 +120,9 @@ impl Executor {
             .order
             .iter()
             .map(|&pass| {
-                let Some(Work::Compute { params: Some(params), .. } | Work::Raster { params: Some(params), .. }) = &frame.work[pass] else {
+                let Some(Work::Compute { params: Some(params), .. } | Work::Raster { params: Some(params), .. }) =
+                    &frame.work[pass]
+                else {
                     return None;
                 };
                 let start = bytes.len() as u64;
@@ -156,7 +166,8 @@ impl Executor {
         let decl = &frame.declaration.passes[index];
         let device = self.gate.device.clone();
         let buffer = self.params.clone();
-        let source = Source { device: &device, declaration: &frame.declaration, physical: &frame.physical, params: buffer.as_ref() };
+        let source =
+            Source { device: &device, declaration: &frame.declaration, physical: &frame.physical, params: buffer.as_ref() };
         match work {
             Work::Compute { shader, bound, groups, .. } => {
                 let compute = self.pipelines.compute(&self.gate, &shader, self.frame)?;
@@ -190,7 +201,8 @@ impl Executor {
                     })),
                     _ => None,
                 };
-                let colors: Vec<_> = targets.colors.iter().map(|color| color.and_then(|(resource, load)| Some((view(resource)?, load)))).collect();
+                let colors: Vec<_> =
+                    targets.colors.iter().map(|color| color.and_then(|(resource, load)| Some((view(resource)?, load)))).collect();
                 let depth = targets.depth.and_then(|(resource, load)| Some((view(resource)?, load, format(resource)?)));
                 let attachments: Vec<_> = colors
                     .iter()
@@ -239,7 +251,14 @@ impl Executor {
     }
 
     /// Records a pass made of bare commands.
-    fn commands(&self, frame: &Frame<'_>, decl: &PassDecl, work: Work<'_>, encoder: &mut wgpu::CommandEncoder, staged: &mut Vec<Staged>) -> Result<(), GraphError> {
+    fn commands(
+        &self,
+        frame: &Frame<'_>,
+        decl: &PassDecl,
+        work: Work<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        staged: &mut Vec<Staged>,
+    ) -> Result<(), GraphError> {
         let kind = |resource: usize| &frame.declaration.resources[resource].kind;
         match work {
             Work::ClearBuffer { buffer } => {
@@ -248,12 +267,16 @@ impl Executor {
                 }
             }
             Work::CopyBuffer { from, to } => {
-                if let (Physical::Buffer(from), Physical::Buffer(target), ResourceKind::Buffer(desc)) = (&frame.physical[from], &frame.physical[to], kind(to)) {
+                if let (Physical::Buffer(from), Physical::Buffer(target), ResourceKind::Buffer(desc)) =
+                    (&frame.physical[from], &frame.physical[to], kind(to))
+                {
                     encoder.copy_buffer_to_buffer(from, 0, target, 0, desc.padded());
                 }
             }
             Work::CopyTexture { from, to } => {
-                if let (Physical::Texture(from), Physical::Texture(target), ResourceKind::Texture(desc)) = (&frame.physical[from], &frame.physical[to], kind(to)) {
+                if let (Physical::Texture(from), Physical::Texture(target), ResourceKind::Texture(desc)) =
+                    (&frame.physical[from], &frame.physical[to], kind(to))
+                {
                     copy_texture(encoder, from, target, desc);
                 }
             }
@@ -282,7 +305,12 @@ impl Executor {
 /// Copies all mips and layers.
 fn copy_texture(encoder: &mut wgpu::CommandEncoder, from: &wgpu::Texture, to: &wgpu::Texture, desc: &crate::TextureDesc) {
     for mip in 0..desc.mip_level_count {
-        let part = |texture| wgpu::TexelCopyTextureInfo { texture, mip_level: mip, origin: wgpu::Origin3d::ZERO, aspect: wgpu::TextureAspect::All };
+        let part = |texture| wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: mip,
+            origin: wgpu::Origin3d::ZERO,
+            aspect: wgpu::TextureAspect::All,
+        };
         let extent = desc.extent().mip_level_size(mip, desc.dimension).physical_size(desc.format);
         encoder.copy_texture_to_texture(part(from), part(to), extent);
     }

@@ -33,7 +33,12 @@ impl Gate {
     }
 
     /// Runs `action` with every wgpu error caught. `held`: bytes in the pool, for an out-of-memory message.
-    pub(super) fn scoped<T>(&self, during: &str, held: u64, action: impl FnOnce() -> Result<T, GraphError>) -> Result<T, GraphError> {
+    pub(super) fn scoped<T>(
+        &self,
+        during: &str,
+        held: u64,
+        action: impl FnOnce() -> Result<T, GraphError>,
+    ) -> Result<T, GraphError> {
         let scopes = [wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::Validation]
             .map(|filter| self.device.push_error_scope(filter));
         let result = action();
@@ -48,7 +53,9 @@ impl Gate {
         self.alive()?;
         match (caught, result) {
             // Our own error is the more telling one, unless wgpu's explains it.
-            (_, Err(error @ (GraphError::Cancelled { .. } | GraphError::OutOfMemory { .. } | GraphError::Gpu { .. }))) => Err(error),
+            (_, Err(error @ (GraphError::Cancelled { .. } | GraphError::OutOfMemory { .. } | GraphError::Gpu { .. }))) => {
+                Err(error)
+            }
             (Some(wgpu::Error::OutOfMemory { .. }), _) => Err(GraphError::OutOfMemory { during: during.to_owned(), bytes: held }),
             (_, Err(error)) => Err(error),
             (Some(error), Ok(_)) => Err(GraphError::Gpu { during: during.to_owned(), message: error.to_string() }),

@@ -46,7 +46,8 @@ impl Histories {
             let fits = |pair: &Pair| pair.kind == kind && pair.usage & needed == needed;
             if !self.pairs.get(&key).is_some_and(fits) {
                 let usage = needed | generous(device, &kind);
-                let [first, second] = ["previous", "current"].map(|half| create(device, &format!("{} {half}", key.1), &kind, usage));
+                let [first, second] =
+                    ["previous", "current"].map(|half| create(device, &format!("{} {half}", key.1), &kind, usage));
                 self.pairs.insert(key.clone(), Pair { kind, usage, previous: first, current: second, bytes: resource.bytes });
             }
             if let Some(pair) = self.pairs.get(&key) {
@@ -63,7 +64,12 @@ impl Histories {
             let current = previous + 1;
             let name = &frame.declaration.resources[previous].name;
             declared.push(name.as_str());
-            let written = frame.plan.order.iter().flat_map(|&pass| &frame.declaration.passes[pass].accesses).any(|access| access.resource == current && access.writes());
+            let written = frame
+                .plan
+                .order
+                .iter()
+                .flat_map(|&pass| &frame.declaration.passes[pass].accesses)
+                .any(|access| access.resource == current && access.writes());
             if written && let Some(pair) = self.pairs.get_mut(&(frame.declaration.name.clone(), name.clone())) {
                 std::mem::swap(&mut pair.previous, &mut pair.current);
             }
@@ -83,9 +89,11 @@ fn pairs(frame: &Frame<'_>) -> Vec<usize> {
 /// Usages a later frame may ask for, so that it need not begin the history anew.
 fn generous(device: &wgpu::Device, kind: &ResourceKind) -> u32 {
     match kind {
-        ResourceKind::Buffer(_) => {
-            (wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST).bits()
-        }
+        ResourceKind::Buffer(_) => (wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST)
+            .bits(),
         ResourceKind::Texture(desc) => {
             let wanted = wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::STORAGE_BINDING

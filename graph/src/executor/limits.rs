@@ -72,7 +72,8 @@ fn texture(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits, features:
         limit(&what, width.max(height), "max_texture_dimension_2d", limits.max_texture_dimension_2d.into(), mend)?;
         limit(&what, depth, "max_texture_array_layers", limits.max_texture_array_layers.into(), "use fewer layers")?;
     }
-    let refuse = |usage: String| GraphError::FormatUsage { resource: resource.name.clone(), format: format::name(desc.format), usage };
+    let refuse =
+        |usage: String| GraphError::FormatUsage { resource: resource.name.clone(), format: format::name(desc.format), usage };
     if !features.contains(desc.format.required_features()) {
         return Err(refuse(format!("a texture without {:?}", desc.format.required_features())));
     }
@@ -93,7 +94,12 @@ fn texture(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits, features:
 /// The caller's object against its description.
 fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError> {
     let resource = &frame.declaration.resources[index];
-    let user = frame.plan.order.iter().map(|&pass| &frame.declaration.passes[pass]).find(|pass| pass.accesses.iter().any(|access| access.resource == index));
+    let user = frame
+        .plan
+        .order
+        .iter()
+        .map(|&pass| &frame.declaration.passes[pass])
+        .find(|pass| pass.accesses.iter().any(|access| access.resource == index));
     let at = user.map_or_else(PassPlace::default, crate::declaration::PassDecl::place);
     let mismatch = |message: String| Err(GraphError::ImportMismatch { at: at.clone(), resource: resource.name.clone(), message });
     match (&resource.kind, &frame.objects[index]) {
@@ -116,14 +122,26 @@ fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError>
                     texture.sample_count()
                 ));
             }
-            if lacking.is_empty() { Ok(()) } else { mismatch(format!("the wgpu texture lacks usage {lacking:?}; create it with that")) }
+            if lacking.is_empty() {
+                Ok(())
+            } else {
+                mismatch(format!("the wgpu texture lacks usage {lacking:?}; create it with that"))
+            }
         }
         (ResourceKind::Buffer(desc), Object::Buffer(buffer)) => {
             let lacking = wgpu::BufferUsages::from_bits_truncate(usage) - buffer.usage();
             if buffer.size() < desc.padded() {
-                return mismatch(format!("declared with {} bytes, but the wgpu buffer has {}; declare it as it is", desc.padded(), buffer.size()));
+                return mismatch(format!(
+                    "declared with {} bytes, but the wgpu buffer has {}; declare it as it is",
+                    desc.padded(),
+                    buffer.size()
+                ));
             }
-            if lacking.is_empty() { Ok(()) } else { mismatch(format!("the wgpu buffer lacks usage {lacking:?}; create it with that")) }
+            if lacking.is_empty() {
+                Ok(())
+            } else {
+                mismatch(format!("the wgpu buffer lacks usage {lacking:?}; create it with that"))
+            }
         }
         _ => Err(GraphError::ImportMissing { at, resource: resource.name.clone() }),
     }
@@ -144,9 +162,21 @@ fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits) -> Result<(),
             limit(&what, size[1].into(), "max_compute_workgroup_size_y", limits.max_compute_workgroup_size_y.into(), mend)?;
             limit(&what, size[2].into(), "max_compute_workgroup_size_z", limits.max_compute_workgroup_size_z.into(), mend)?;
             let invocations = size.iter().fold(1_u64, |total, n| total.saturating_mul(u64::from(*n)));
-            limit(&what, invocations, "max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup.into(), mend)?;
+            limit(
+                &what,
+                invocations,
+                "max_compute_invocations_per_workgroup",
+                limits.max_compute_invocations_per_workgroup.into(),
+                mend,
+            )?;
             let mend = "use less var<workgroup>";
-            limit(&what, shader.workgroup_bytes, "max_compute_workgroup_storage_size", limits.max_compute_workgroup_storage_size.into(), mend)
+            limit(
+                &what,
+                shader.workgroup_bytes,
+                "max_compute_workgroup_storage_size",
+                limits.max_compute_workgroup_storage_size.into(),
+                mend,
+            )
         }
         Work::Raster { shader, targets, .. } => {
             bindings(&what, &shader.core.bindings, limits)?;
@@ -161,7 +191,8 @@ fn bindings(what: &str, bindings: &[Binding], limits: &wgpu::Limits) -> Result<(
     let groups = bindings.iter().map(|binding| u64::from(binding.group) + 1).max().unwrap_or(0);
     limit(what, groups, "max_bind_groups", limits.max_bind_groups.into(), "use lower @group numbers")?;
     for stage in [wgpu::ShaderStages::COMPUTE, wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT] {
-        let count = |kind: fn(&BindingKind) -> bool| bindings.iter().filter(|b| b.stages.contains(stage) && kind(&b.kind)).count() as u64;
+        let count =
+            |kind: fn(&BindingKind) -> bool| bindings.iter().filter(|b| b.stages.contains(stage) && kind(&b.kind)).count() as u64;
         let mend = "bind fewer, or join some into one";
         let storage = count(|kind| matches!(kind, BindingKind::Storage { .. }));
         limit(what, storage, "max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage.into(), mend)?;

@@ -12,7 +12,7 @@ mod readback;
 mod timing;
 
 use crate::{
-    Graph, Gpu, Memory, Readback, Sharing,
+    Gpu, Graph, Memory, Readback, Sharing,
     declaration::{Declaration, ResourceKind},
     error::GraphError,
     plan::{Culled, Plan, PlanOptions},
@@ -198,7 +198,11 @@ impl Executor {
     ///
     /// # Errors
     /// As [`Executor::execute`], and [`GraphError::Cancelled`]. A cancelled frame leaves all history as it was.
-    pub fn execute_observed(&mut self, graph: Graph<'_>, observer: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>) -> Result<FrameOutput, GraphError> {
+    pub fn execute_observed(
+        &mut self,
+        graph: Graph<'_>,
+        observer: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<FrameOutput, GraphError> {
         self.run(graph, Some(observer))
     }
 
@@ -228,7 +232,8 @@ impl Executor {
             Ok(())
         })?;
         let source = if self.timing { self.source } else { TimingSource::None };
-        let mut run = gate.scoped(&format!("frame `{}`", frame.declaration.name), held, || self.encode(&mut frame, source, observer))?;
+        let mut run =
+            gate.scoped(&format!("frame `{}`", frame.declaration.name), held, || self.encode(&mut frame, source, observer))?;
         self.gate.alive()?;
         self.history.commit(&frame);
         let readbacks = std::mem::take(&mut run.readbacks);

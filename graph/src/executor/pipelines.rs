@@ -75,8 +75,20 @@ impl Pipelines {
         Ok(made)
     }
 
-    pub(super) fn raster(&mut self, gate: &Gate, shader: &RasterShader, formats: Formats, frame: u64) -> Result<Rc<Raster>, GraphError> {
-        let key = RasterKey { core: shader.core.clone(), cull: shader.cull, blend: shader.blend, depth_compare: shader.depth_compare, formats };
+    pub(super) fn raster(
+        &mut self,
+        gate: &Gate,
+        shader: &RasterShader,
+        formats: Formats,
+        frame: u64,
+    ) -> Result<Rc<Raster>, GraphError> {
+        let key = RasterKey {
+            core: shader.core.clone(),
+            cull: shader.cull,
+            blend: shader.blend,
+            depth_compare: shader.depth_compare,
+            formats,
+        };
         if let Some((found, last)) = self.raster.get_mut(&key) {
             *last = frame;
             return Ok(Rc::clone(found));
@@ -91,12 +103,23 @@ impl Pipelines {
                 .formats
                 .colors
                 .iter()
-                .map(|format| format.map(|format| wgpu::ColorTargetState { format, blend: shader.blend, write_mask: wgpu::ColorWrites::ALL }))
+                .map(|format| {
+                    format.map(|format| wgpu::ColorTargetState {
+                        format,
+                        blend: shader.blend,
+                        write_mask: wgpu::ColorWrites::ALL,
+                    })
+                })
                 .collect();
             let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(&core.label),
                 layout: Some(&layout),
-                vertex: wgpu::VertexState { module: &module, entry_point: Some(&shader.vertex), compilation_options: options(), buffers: &[] },
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(&shader.vertex),
+                    compilation_options: options(),
+                    buffers: &[],
+                },
                 primitive: wgpu::PrimitiveState { cull_mode: shader.cull, ..Default::default() },
                 depth_stencil: key.formats.depth.map(|format| wgpu::DepthStencilState {
                     format,
@@ -154,9 +177,11 @@ fn prepare(device: &wgpu::Device, core: &ShaderCore) -> Prepared {
     let groups = core.bindings.iter().map(|binding| binding.group as usize + 1).max().unwrap_or(0);
     let layouts: Vec<Option<wgpu::BindGroupLayout>> = (0..groups)
         .map(|group| {
-            let entries: Vec<_> = core.bindings.iter().filter(|binding| binding.group as usize == group).map(layout_entry).collect();
-            (!entries.is_empty())
-                .then(|| device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(&core.label), entries: &entries }))
+            let entries: Vec<_> =
+                core.bindings.iter().filter(|binding| binding.group as usize == group).map(layout_entry).collect();
+            (!entries.is_empty()).then(|| {
+                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(&core.label), entries: &entries })
+            })
         })
         .collect();
     let references: Vec<_> = layouts.iter().map(Option::as_ref).collect();
@@ -171,7 +196,8 @@ fn prepare(device: &wgpu::Device, core: &ShaderCore) -> Prepared {
 }
 
 fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
-    let buffer = |ty, size| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: wgpu::BufferSize::new(size) };
+    let buffer =
+        |ty, size| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: wgpu::BufferSize::new(size) };
     let ty = match &binding.kind {
         BindingKind::Uniform { size, .. } => buffer(wgpu::BufferBindingType::Uniform, *size),
         BindingKind::Storage { read_only, size, .. } => buffer(wgpu::BufferBindingType::Storage { read_only: *read_only }, *size),

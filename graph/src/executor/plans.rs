@@ -40,7 +40,10 @@ impl Plans {
         let mut hasher = DefaultHasher::new();
         (declaration, options).hash(&mut hasher);
         let hash = hasher.finish();
-        let found = self.entries.iter().position(|entry| entry.hash == hash && entry.options == options && entry.declaration == *declaration);
+        let found = self
+            .entries
+            .iter()
+            .position(|entry| entry.hash == hash && entry.options == options && entry.declaration == *declaration);
         if let Some(index) = found {
             self.entries[..=index].rotate_right(1);
             return Ok(Planned { plan: Arc::clone(&self.entries[0].plan), cached: true, reason: String::new() });
@@ -63,12 +66,20 @@ impl Plans {
         let old = &last.declaration;
         for (a, b) in old.resources.iter().zip(&declaration.resources) {
             if a != b {
-                return if a.name == b.name { format!("resource `{}` changed", a.name) } else { format!("resource `{}` in place of `{}`", b.name, a.name) };
+                return if a.name == b.name {
+                    format!("resource `{}` changed", a.name)
+                } else {
+                    format!("resource `{}` in place of `{}`", b.name, a.name)
+                };
             }
         }
         for (a, b) in old.passes.iter().zip(&declaration.passes) {
             if a != b {
-                return if a.name == b.name { format!("pass `{}` changed", a.name) } else { format!("pass `{}` in place of `{}`", b.name, a.name) };
+                return if a.name == b.name {
+                    format!("pass `{}` changed", a.name)
+                } else {
+                    format!("pass `{}` in place of `{}`", b.name, a.name)
+                };
             }
         }
         format!(

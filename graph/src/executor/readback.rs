@@ -44,7 +44,13 @@ pub(super) struct Staged {
 }
 
 /// Records the copy of a resource to a buffer the CPU can map.
-pub(super) fn stage(device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, index: u32, kind: &ResourceKind, physical: &Physical) -> Option<Staged> {
+pub(super) fn stage(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    index: u32,
+    kind: &ResourceKind,
+    physical: &Physical,
+) -> Option<Staged> {
     let create = |size| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),

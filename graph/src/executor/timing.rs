@@ -1,7 +1,7 @@
 //! GPU time per pass.
 
-use crate::error::GraphError;
 use super::gate::Gate;
+use crate::error::GraphError;
 
 /// Where pass times come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -118,9 +118,12 @@ impl Queries {
             return;
         }
         let bytes = (self.taken * 16) as u64;
-        let describe = |label, usage| wgpu::BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false };
-        let resolve = device.create_buffer(&describe("pass times", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC));
-        let read = device.create_buffer(&describe("pass times, read", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST));
+        let describe =
+            |label, usage| wgpu::BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false };
+        let resolve =
+            device.create_buffer(&describe("pass times", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC));
+        let read =
+            device.create_buffer(&describe("pass times, read", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST));
         for (index, set) in self.sets.iter().enumerate().take(self.taken.div_ceil(PASSES)) {
             let first = index * PASSES;
             let passes = (self.taken - first).min(PASSES);

@@ -20,11 +20,7 @@ pub(super) fn cull(declaration: &Declaration, edges: &[Edge]) -> (Vec<bool>, Vec
     let uses = uses(declaration);
     let culled = (0..live.len())
         .filter(|&pass| !live[pass])
-        .map(|index| Culled {
-            index,
-            pass: declaration.passes[index].name.clone(),
-            reason: reason(declaration, &uses, index),
-        })
+        .map(|index| Culled { index, pass: declaration.passes[index].name.clone(), reason: reason(declaration, &uses, index) })
         .collect();
     (live, culled)
 }

@@ -26,7 +26,11 @@ pub(super) fn dependencies(declaration: &Declaration) -> Vec<Edge> {
             if let Some(from) = writer[access.resource] {
                 edges.push(Edge { from, to, data: access.write == Write::Keep });
             }
-            edges.extend(readers[access.resource].drain(..).filter(|&from| from != to).map(|from| Edge { from, to, data: false }));
+            edges.extend(readers[access.resource].drain(..).filter(|&from| from != to).map(|from| Edge {
+                from,
+                to,
+                data: false,
+            }));
         }
         for access in &pass.accesses {
             if access.writes() {
@@ -38,4 +42,24 @@ pub(super) fn dependencies(declaration: &Declaration) -> Vec<Edge> {
     }
     edges.retain(|edge| edge.from != edge.to);
     edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readers_wait_for_writers_and_writers_for_readers() {
+        let frame = r#"{"frame": "f",
+            "resources": [{"name": "a", "kind": "buffer", "origin": "transient", "bytes": 4}],
+            "passes": [{"name": "write", "kind": "compute", "writes": [{"resource": "a"}]},
+                       {"name": "read", "kind": "compute", "reads": ["a"]},
+                       {"name": "add", "kind": "compute", "writes": [{"resource": "a", "preserve": true}]},
+                       {"name": "clear", "kind": "compute", "writes": [{"resource": "a"}]}]}"#;
+        let mut edges = dependencies(&Declaration::from_frame_json(frame).unwrap());
+        edges.sort_by_key(|edge| (edge.from, edge.to, edge.data));
+        edges.dedup();
+        let edge = |from, to, data| Edge { from, to, data };
+        assert_eq!(edges, [edge(0, 1, true), edge(0, 2, true), edge(1, 2, false), edge(2, 3, false)]);
+    }
 }

@@ -37,7 +37,10 @@ pub(super) fn lifetimes(declaration: &Declaration, order: &[usize]) -> Vec<Optio
 }
 
 /// Transient resources in use, with their lifetimes.
-pub(super) fn transient<'a>(declaration: &'a Declaration, lifetimes: &'a [Option<Lifetime>]) -> impl Iterator<Item = (usize, Lifetime)> + 'a {
+pub(super) fn transient<'a>(
+    declaration: &'a Declaration,
+    lifetimes: &'a [Option<Lifetime>],
+) -> impl Iterator<Item = (usize, Lifetime)> + 'a {
     lifetimes
         .iter()
         .enumerate()

@@ -13,7 +13,8 @@ pub(super) fn order(live: &[bool], edges: &[Edge]) -> Result<Vec<usize>, usize> 
             graph.add_edge(from, to, ());
         }
     }
-    let mut waiting: Vec<usize> = graph.node_indices().map(|n| graph.neighbors_directed(n, Direction::Incoming).count()).collect();
+    let mut waiting: Vec<usize> =
+        graph.node_indices().map(|n| graph.neighbors_directed(n, Direction::Incoming).count()).collect();
     let mut ready: BinaryHeap<Reverse<usize>> =
         graph.node_indices().filter(|n| waiting[n.index()] == 0).map(|n| Reverse(graph[n])).collect();
     let mut order = Vec::with_capacity(graph.node_count());

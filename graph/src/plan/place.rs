@@ -46,7 +46,12 @@ type Ends = BinaryHeap<Reverse<(usize, usize)>>;
 
 /// Slots, and the slot of each resource. By first use, each resource takes a free object of its description: for equal
 /// descriptions that needs no more objects than are live at once.
-pub(super) fn pool(declaration: &Declaration, lifetimes: &[Option<Lifetime>], usages: &[u32], sharing: Sharing) -> (Vec<Slot>, Vec<Option<usize>>) {
+pub(super) fn pool(
+    declaration: &Declaration,
+    lifetimes: &[Option<Lifetime>],
+    usages: &[u32],
+    sharing: Sharing,
+) -> (Vec<Slot>, Vec<Option<usize>>) {
     let mut items: Vec<(usize, Lifetime)> = transient(declaration, lifetimes).collect();
     items.sort_by_key(|(resource, lifetime)| (lifetime.first, *resource));
     let mut slots: Vec<Slot> = Vec::new();
@@ -181,4 +186,32 @@ fn gap(taken: &[(u64, u64)], bytes: u64) -> u64 {
         offset = offset.max(end.checked_next_multiple_of(ALIGN).unwrap_or(u64::MAX));
     }
     offset
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(resource: usize, first: usize, last: usize, bytes: u64) -> Block {
+        Block { resource, lifetime: Lifetime { first, last }, bytes }
+    }
+
+    #[test]
+    fn gaps_are_aligned_and_large_enough() {
+        assert_eq!(gap(&[], 10), 0);
+        assert_eq!(gap(&[(0, 100)], 10), 256, "the next multiple of 256");
+        assert_eq!(gap(&[(256, 300)], 256), 0, "the front is free");
+        assert_eq!(gap(&[(256, 300)], 257), 512, "too long for the front");
+        assert_eq!(gap(&[(0, 10), (1024, 1100)], 768), 256, "fits between");
+        assert_eq!(gap(&[(0, u64::MAX)], 1), u64::MAX, "saturates");
+    }
+
+    #[test]
+    fn blocks_whose_lives_are_apart_share_an_offset() {
+        let blocks = [block(0, 0, 1, 512), block(1, 1, 2, 256), block(2, 2, 3, 512)];
+        for (placed, size) in [first_fit(&blocks), first_fit_by_time(&blocks)] {
+            assert_eq!(placed.iter().map(|(_, offset)| *offset).collect::<Vec<_>>(), [0, 512, 0]);
+            assert_eq!(size, 768);
+        }
+    }
 }

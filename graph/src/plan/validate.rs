@@ -64,10 +64,19 @@ fn stale(declaration: &Declaration, errors: &mut Vec<GraphError>) {
             }
             let mend = match later {
                 Some(later) => format!("`{}` writes it later: record that first", declaration.passes[later].name),
-                None if resource.origin == Origin::Current => "write it first, or read the `previous` handle of the pair".to_owned(),
-                None => "write or clear it first (`clear_buffer`, `Load::Clear`), or keep it between frames as history".to_owned(),
+                None if resource.origin == Origin::Current => {
+                    "write it first, or read the `previous` handle of the pair".to_owned()
+                }
+                None => {
+                    "write or clear it first (`clear_buffer`, `Load::Clear`), or keep it between frames as history".to_owned()
+                }
             };
-            errors.push(GraphError::StaleRead { at: pass.place(), resource: resource.name.clone(), how: access.binding.clone(), mend });
+            errors.push(GraphError::StaleRead {
+                at: pass.place(),
+                resource: resource.name.clone(),
+                how: access.binding.clone(),
+                mend,
+            });
         }
         for access in pass.accesses.iter().filter(|access| access.writes()) {
             written[access.resource] = true;

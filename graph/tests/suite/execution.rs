@@ -46,7 +46,12 @@ fn params_of_many_passes_share_a_buffer() {
         graph.compute(&fill).params(&amount(0.0)).write("words", &mut now).dispatch_1d(N);
         for i in 0..count {
             let mut next = graph.buffer("step", BufferDesc::words(N.into()));
-            graph.compute(&add).params(&amount(i as f32)).read("source_words", &now).write("target_words", &mut next).dispatch_1d(N);
+            graph
+                .compute(&add)
+                .params(&amount(i as f32))
+                .read("source_words", &now)
+                .write("target_words", &mut next)
+                .dispatch_1d(N);
             now = next;
         }
         let read = graph.readback_buffer(&now);
@@ -135,8 +140,16 @@ fn a_raster_pass_can_keep_and_blend() {
     )
     .unwrap()
     .with_blend(wgpu::BlendState {
-        color: wgpu::BlendComponent { src_factor: wgpu::BlendFactor::One, dst_factor: wgpu::BlendFactor::One, operation: wgpu::BlendOperation::Add },
-        alpha: wgpu::BlendComponent { src_factor: wgpu::BlendFactor::One, dst_factor: wgpu::BlendFactor::One, operation: wgpu::BlendOperation::Add },
+        color: wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        },
+        alpha: wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Add,
+        },
     });
     let mut graph = Graph::new("blend");
     let mut sum = graph.texture("sum", TextureDesc::new_2d([2, 2], TextureFormat::Rgba16Float));
@@ -276,7 +289,12 @@ fn history_is_last_frames_current() {
     let frame = |executor: &mut Executor, words: u64| {
         let mut graph = Graph::new("history");
         let mut total = graph.history_buffer("total", BufferDesc::words(words));
-        graph.compute(&add).params(&amount(1.0)).read("source_words", &total.previous).write("target_words", &mut total.current).dispatch_1d(N);
+        graph
+            .compute(&add)
+            .params(&amount(1.0))
+            .read("source_words", &total.previous)
+            .write("target_words", &mut total.current)
+            .dispatch_1d(N);
         let read = graph.readback_buffer(&total.current);
         executor.execute(graph).unwrap().cast::<f32>(read)[0]
     };
@@ -346,7 +364,10 @@ fn a_closures_error_names_the_pass() {
     let mut graph = Graph::new("closure");
     graph.closure("fails").side_effect().record(|_| Err("no such file".to_owned()));
     let error = executor.execute(graph).unwrap_err();
-    assert!(matches!(&error, GraphError::Closure { at, message } if at.pass() == "fails" && message == "no such file"), "{error}");
+    assert!(
+        matches!(&error, GraphError::Closure { at, message } if at.pass() == "fails" && message == "no such file"),
+        "{error}"
+    );
     // And what wgpu refuses inside a closure is an error too, not a panic.
     let mut graph = Graph::new("closure");
     let mut a = graph.buffer("a", BufferDesc::words(4));
@@ -396,8 +417,22 @@ fn heavy_passes_report_progress_and_can_be_cancelled() {
         let mut a = graph.buffer("a", BufferDesc::words(N.into()));
         let mut b = graph.buffer("b", BufferDesc::words(N.into()));
         graph.compute(&fill).params(&amount(0.0)).write("words", &mut a).dispatch_1d(N);
-        graph.compute(&add).name("first").params(&amount(1.0)).read("source_words", &a).write("target_words", &mut b).heavy().dispatch_1d(N);
-        graph.compute(&add).name("second").params(&amount(1.0)).read("source_words", &b).write("target_words", &mut total.current).heavy().dispatch_1d(N);
+        graph
+            .compute(&add)
+            .name("first")
+            .params(&amount(1.0))
+            .read("source_words", &a)
+            .write("target_words", &mut b)
+            .heavy()
+            .dispatch_1d(N);
+        graph
+            .compute(&add)
+            .name("second")
+            .params(&amount(1.0))
+            .read("source_words", &b)
+            .write("target_words", &mut total.current)
+            .heavy()
+            .dispatch_1d(N);
         let read = graph.readback_buffer(&total.previous);
         (graph, read)
     };
@@ -433,7 +468,11 @@ fn passes_are_timed_from_either_source() {
         let mut id = graph.texture("id", TextureDesc::new_2d([64, 64], TextureFormat::R32Uint));
         graph.compute(&fill).params(&amount(5.0)).write("words", &mut a).dispatch_1d(N);
         graph.compute(&scale).params(&amount(2.0)).read("source_words", &a).write("target_words", &mut b).heavy().dispatch_1d(N);
-        graph.raster(&shader).color("color", &mut color, Load::Clear([0.0; 4])).color("id", &mut id, Load::Clear([0.0; 4])).draw(3, 2);
+        graph
+            .raster(&shader)
+            .color("color", &mut color, Load::Clear([0.0; 4]))
+            .color("id", &mut id, Load::Clear([0.0; 4]))
+            .draw(3, 2);
         graph.readback_buffer(&b);
         graph.readback_texture(&color);
         executor.execute(graph).unwrap()
@@ -513,7 +552,10 @@ fn frames_beyond_the_device_are_refused_before_anything_is_created() {
         let mut graph = Graph::new("limits");
         declare(&mut graph);
         let error = executor.execute(graph).unwrap_err();
-        assert!(matches!(&error, GraphError::Limit { what, limit: found, .. } if what.contains(name) && *found == limit), "{error}");
+        assert!(
+            matches!(&error, GraphError::Limit { what, limit: found, .. } if what.contains(name) && *found == limit),
+            "{error}"
+        );
     };
     check("`huge`", "max_buffer_size", &mut |graph| {
         let mut huge = graph.buffer("huge", BufferDesc::bytes(limits.max_buffer_size + 4));
@@ -529,12 +571,20 @@ fn frames_beyond_the_device_are_refused_before_anything_is_created() {
     check("`wide`", "max_texture_dimension_2d", &mut |graph| {
         let mut wide = graph.texture("wide", TextureDesc::new_2d([side, 1], TextureFormat::Rgba8Unorm));
         let mut id = graph.texture("id", TextureDesc::new_2d([side, 1], TextureFormat::R32Uint));
-        graph.raster(&triangles()).color("color", &mut wide, Load::Clear([0.0; 4])).color("id", &mut id, Load::Clear([0.0; 4])).draw(3, 1);
+        graph
+            .raster(&triangles())
+            .color("color", &mut wide, Load::Clear([0.0; 4]))
+            .color("id", &mut id, Load::Clear([0.0; 4]))
+            .draw(3, 1);
         graph.keep(&wide);
     });
     check("`fill`", "max_compute_workgroups_per_dimension", &mut |graph| {
         let mut words = graph.buffer("words", BufferDesc::words(4));
-        graph.compute(&fill()).params(&amount(0.0)).write("words", &mut words).dispatch([limits.max_compute_workgroups_per_dimension + 1, 1, 1]);
+        graph.compute(&fill()).params(&amount(0.0)).write("words", &mut words).dispatch([
+            limits.max_compute_workgroups_per_dimension + 1,
+            1,
+            1,
+        ]);
         graph.keep(&words);
     });
     let wide = ComputeShader::from_wgsl(
@@ -552,10 +602,15 @@ fn frames_beyond_the_device_are_refused_before_anything_is_created() {
     let lines = |line: &dyn Fn(usize) -> String| (0..9).map(line).collect::<Vec<_>>().join("\n");
     let bindings = lines(&|i| format!("@group(0) @binding({i}) var<storage, read_write> b{i}: array<u32>;"));
     let body = lines(&|i| format!("b{i}[0] = 1u;"));
-    let many = ComputeShader::from_wgsl("many", &format!("{bindings} @compute @workgroup_size(1) fn many() {{ {body} }}")).unwrap();
+    let many =
+        ComputeShader::from_wgsl("many", &format!("{bindings} @compute @workgroup_size(1) fn many() {{ {body} }}")).unwrap();
     check("`many`", "max_storage_buffers_per_shader_stage", &mut |graph| {
         let mut buffers: Vec<_> = (0..9).map(|i| graph.buffer(&format!("b{i}"), BufferDesc::words(1))).collect();
-        buffers.iter_mut().enumerate().fold(graph.compute(&many), |pass, (i, b)| pass.write(&format!("b{i}"), b)).dispatch([1, 1, 1]);
+        buffers
+            .iter_mut()
+            .enumerate()
+            .fold(graph.compute(&many), |pass, (i, b)| pass.write(&format!("b{i}"), b))
+            .dispatch([1, 1, 1]);
         graph.keep(&buffers[0]);
     });
     let mut graph = Graph::new("formats");
@@ -576,10 +631,15 @@ fn frames_beyond_the_device_are_refused_before_anything_is_created() {
 #[test]
 fn imports_are_compared_with_their_objects() {
     let Some(mut executor) = executor() else { return };
-    let buffer = |size, usage| executor.device().create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
+    let buffer = |size, usage| {
+        executor.device().create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    };
     let storage = wgpu::BufferUsages::STORAGE;
-    let cases: [(Option<wgpu::Buffer>, &str); 3] =
-        [(None, "has no wgpu object"), (Some(buffer(8, storage)), "has 8"), (Some(buffer(4000, wgpu::BufferUsages::COPY_DST)), "STORAGE")];
+    let cases: [(Option<wgpu::Buffer>, &str); 3] = [
+        (None, "has no wgpu object"),
+        (Some(buffer(8, storage)), "has 8"),
+        (Some(buffer(4000, wgpu::BufferUsages::COPY_DST)), "STORAGE"),
+    ];
     for (object, words) in cases {
         let mut graph = Graph::new("imports");
         let mut target = graph.import_buffer("target", BufferDesc::words(N.into()), object);

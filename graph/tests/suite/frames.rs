@@ -1,7 +1,8 @@
 //! Frame files: reading, refusing, writing, and the frame of a shipped renderer.
 
 use lightloom_graph::{
-    BufferDesc, ComputeShader, Declaration, Graph, GraphError, Plan, PlanOptions, Sharing, TextureDesc, plan, to_dot, to_json, wgpu::TextureFormat,
+    BufferDesc, ComputeShader, Declaration, Graph, GraphError, Plan, PlanOptions, Sharing, TextureDesc, plan, to_dot, to_json,
+    wgpu::TextureFormat,
 };
 use std::path::Path;
 
@@ -123,7 +124,9 @@ fn several_mistakes_come_together() {
 
 #[test]
 fn plans_are_shown_as_dot_and_json_and_serialise() {
-    let declaration = Declaration::from_frame_json(&SMALL.replace("{\"resource\": \"out\"}", "").replace("\"small\"", "\"a \\\"b\\\"\"")).unwrap();
+    let declaration =
+        Declaration::from_frame_json(&SMALL.replace("{\"resource\": \"out\"}", "").replace("\"small\"", "\"a \\\"b\\\"\""))
+            .unwrap();
     let plan = plan(&declaration, &PlanOptions::default()).unwrap();
     let dot = to_dot(&declaration, &plan);
     assert!(dot.starts_with("digraph \"a \\\"b\\\"\" {") && dot.ends_with("}\n"), "{dot}");

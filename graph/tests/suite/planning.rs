@@ -1,7 +1,9 @@
 //! Plans of graphs and of random frames; no device.
 
 use crate::{Amount, fill, kernel};
-use lightloom_graph::{BufferDesc, Declaration, Graph, Memory, Origin, Plan, PlanOptions, Sharing, TextureDesc, plan, wgpu::TextureFormat};
+use lightloom_graph::{
+    BufferDesc, Declaration, Graph, Memory, Origin, Plan, PlanOptions, Sharing, TextureDesc, plan, wgpu::TextureFormat,
+};
 use std::fmt::Write as _;
 
 const PARAMS: Amount = Amount { value: 1.0, count: 8 };
@@ -115,16 +117,29 @@ impl Random {
 /// A frame of `passes` passes over about as many resources; reads only what was written.
 fn random_frame(seed: u64, passes: usize) -> Declaration {
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-    let mut json = String::from("{\"frame\": \"random\", \"resources\": [{\"name\": \"out\", \"kind\": \"buffer\", \"origin\": \"imported\", \"bytes\": 4}");
+    let mut json = String::from(
+        "{\"frame\": \"random\", \"resources\": [{\"name\": \"out\", \"kind\": \"buffer\", \"origin\": \"imported\", \"bytes\": 4}",
+    );
     for i in 0..passes {
-        let _ = write!(json, ", {{\"name\": \"r{i}\", \"kind\": \"buffer\", \"origin\": \"transient\", \"bytes\": {}}}", (random.below(4) + 1) * 1000);
+        let _ = write!(
+            json,
+            ", {{\"name\": \"r{i}\", \"kind\": \"buffer\", \"origin\": \"transient\", \"bytes\": {}}}",
+            (random.below(4) + 1) * 1000
+        );
     }
     json.push_str("], \"passes\": [");
     let mut written: Vec<u64> = Vec::new();
     for i in 0..passes {
-        let recent = |random: &mut Random, written: &[u64]| written[written.len() - 1 - random.below(written.len().min(12) as u64) as usize];
-        let reads: Vec<u64> = if written.is_empty() { Vec::new() } else { (0..random.below(3)).map(|_| recent(&mut random, &written)).collect() };
-        let (target, preserve) = if written.is_empty() || random.below(4) > 0 { (i as u64, false) } else { (recent(&mut random, &written), random.below(2) == 0) };
+        let recent = |random: &mut Random, written: &[u64]| {
+            written[written.len() - 1 - random.below(written.len().min(12) as u64) as usize]
+        };
+        let reads: Vec<u64> =
+            if written.is_empty() { Vec::new() } else { (0..random.below(3)).map(|_| recent(&mut random, &written)).collect() };
+        let (target, preserve) = if written.is_empty() || random.below(4) > 0 {
+            (i as u64, false)
+        } else {
+            (recent(&mut random, &written), random.below(2) == 0)
+        };
         written.push(target);
         let reads: Vec<String> = reads.iter().map(|r| format!("\"r{r}\"")).collect();
         let out = if random.below(8) == 0 || i + 1 == passes { ", {\"resource\": \"out\", \"preserve\": true}" } else { "" };
@@ -156,7 +171,8 @@ fn check(declaration: &Declaration, plan: &Plan) {
             let (other, other_offset) = (plan.lifetimes[b].unwrap(), plan.offsets[b].unwrap());
             if life.first <= other.last && other.first <= life.last {
                 assert_ne!(plan.slot_of[a], plan.slot_of[b], "`r{a}` and `r{b}` live at once in one slot");
-                let apart = offset + declaration.resources[a].bytes <= other_offset || other_offset + declaration.resources[b].bytes <= offset;
+                let apart = offset + declaration.resources[a].bytes <= other_offset
+                    || other_offset + declaration.resources[b].bytes <= offset;
                 assert!(apart, "r{a} and r{b} overlap in the heap");
             } else if plan.slot_of[a] == plan.slot_of[b] {
                 assert_eq!(declaration.resources[a].kind, declaration.resources[b].kind, "one slot, one description");
@@ -166,7 +182,9 @@ fn check(declaration: &Declaration, plan: &Plan) {
     // Every pass that runs and reads something has its last writer run before it.
     for (position, &pass) in plan.order.iter().enumerate() {
         for access in declaration.passes[pass].accesses.iter().filter(|access| access.read) {
-            let writer = (0..pass).rev().find(|&p| declaration.passes[p].accesses.iter().any(|a| a.resource == access.resource && a.writes()));
+            let writer = (0..pass)
+                .rev()
+                .find(|&p| declaration.passes[p].accesses.iter().any(|a| a.resource == access.resource && a.writes()));
             if let Some(writer) = writer {
                 assert!(plan.order[..position].contains(&writer), "p{pass} reads what the culled p{writer} wrote");
             }

@@ -2,7 +2,8 @@
 
 use crate::Amount;
 use lightloom_graph::{
-    BufferDesc, ComputeShader, Graph, GraphError, Load, PlanOptions, RasterShader, Sampler, ShaderError, TextureDesc, WgslSources, shader_struct,
+    BufferDesc, ComputeShader, Graph, GraphError, Load, PlanOptions, RasterShader, Sampler, ShaderError, TextureDesc,
+    WgslSources, shader_struct,
     wgpu::{self, TextureFormat as F},
 };
 
@@ -62,7 +63,12 @@ struct Parts {
 impl Default for Parts {
     fn default() -> Self {
         let texture = TextureDesc::new_2d([4, 4], F::Rgba16Float);
-        Self { work: ComputeShader::new(&sources(), "passes/work.wgsl").unwrap(), items: BufferDesc::array_of::<Item>(8), image: texture.clone(), store: texture }
+        Self {
+            work: ComputeShader::new(&sources(), "passes/work.wgsl").unwrap(),
+            items: BufferDesc::array_of::<Item>(8),
+            image: texture.clone(),
+            store: texture,
+        }
     }
 }
 

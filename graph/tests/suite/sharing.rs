@@ -1,7 +1,10 @@
 //! Sharing memory changes no image, saves memory, and is never relied upon.
 
 use crate::{Amount, executor, fill, kernel};
-use lightloom_graph::{BufferDesc, ComputeShader, Executor, FrameOutput, Graph, GraphError, Load, RasterShader, Readback, Sharing, TextureDesc, wgpu::TextureFormat};
+use lightloom_graph::{
+    BufferDesc, ComputeShader, Executor, FrameOutput, Graph, GraphError, Load, RasterShader, Readback, Sharing, TextureDesc,
+    wgpu::TextureFormat,
+};
 
 const SIZE: [u32; 2] = [37, 23];
 
@@ -56,7 +59,12 @@ fn declare(graph: &mut Graph<'_>) -> Readback {
         graph.compute(&weigh).params(&Amount { value: step as f32, ..params }).write("words", &mut raw).dispatch_1d(9);
         graph.compute(&scale).params(&params).read("source_words", &raw).write("target_words", &mut weights).dispatch_1d(9);
         let mut next = graph.texture("blurred", desc.clone());
-        graph.compute(&blur).read("image", &image).read("weights", &weights).write("blurred", &mut next).dispatch_threads([SIZE[0], SIZE[1], 1]);
+        graph
+            .compute(&blur)
+            .read("image", &image)
+            .read("weights", &weights)
+            .write("blurred", &mut next)
+            .dispatch_threads([SIZE[0], SIZE[1], 1]);
         image = next;
     }
     graph.readback_texture(&image)
@@ -126,14 +134,20 @@ fn a_pass_that_relies_on_stale_contents_is_refused() {
     graph.compute(&accumulate).write("sum", &mut sum).dispatch([1, 1, 1]);
     graph.readback_buffer(&sum);
     let error = graph.plan(&lightloom_graph::PlanOptions::default()).unwrap_err();
-    assert!(matches!(&error, GraphError::StaleRead { at, resource, .. } if at.pass() == "accumulate" && resource == "sum"), "{error}");
+    assert!(
+        matches!(&error, GraphError::StaleRead { at, resource, .. } if at.pass() == "accumulate" && resource == "sum"),
+        "{error}"
+    );
     assert!(error.to_string().contains("sharing.rs:"), "the Rust line is named: {error}");
     if let Some(mut executor) = executor() {
         let mut graph = Graph::new("stale");
         let mut sum = graph.buffer("sum", BufferDesc::words(64));
         graph.compute(&accumulate).write("sum", &mut sum).dispatch([1, 1, 1]);
         graph.readback_buffer(&sum);
-        assert_eq!(executor.execute(graph).unwrap_err().to_string().replace(|c: char| c.is_ascii_digit(), ""), error.to_string().replace(|c: char| c.is_ascii_digit(), ""));
+        assert_eq!(
+            executor.execute(graph).unwrap_err().to_string().replace(|c: char| c.is_ascii_digit(), ""),
+            error.to_string().replace(|c: char| c.is_ascii_digit(), "")
+        );
         // The mends of the message work: clear it, or keep it as history.
         let mut graph = Graph::new("mended");
         let mut sum = graph.buffer("sum", BufferDesc::words(64));

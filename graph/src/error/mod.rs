@@ -1,166 +1,12 @@
 //! What can go wrong, each naming the pass, the resource, the place in the code and the mend.
 
-use std::fmt;
+mod place;
+mod shader;
+mod words;
 
-/// A line in a shader file, mapped back through `#import`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ShaderPlace(Box<(String, u32)>);
-
-impl ShaderPlace {
-    pub(crate) fn new(file: impl Into<String>, line: u32) -> Self {
-        Self(Box::new((file.into(), line)))
-    }
-
-    /// Path of the file as the source set names it, or the shader's label.
-    pub fn file(&self) -> &str {
-        &self.0.0
-    }
-
-    /// Line in that file, from 1; 0 when unknown.
-    pub fn line(&self) -> u32 {
-        self.0.1
-    }
-}
-
-impl fmt::Display for ShaderPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.line() == 0 { f.write_str(self.file()) } else { write!(f, "{}:{}", self.file(), self.line()) }
-    }
-}
-
-/// A pass and the line of Rust that declared it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PassPlace(Box<(String, String)>);
-
-impl PassPlace {
-    pub(crate) fn new(pass: impl Into<String>, rust: impl Into<String>) -> Self {
-        Self(Box::new((pass.into(), rust.into())))
-    }
-
-    /// Name of the pass.
-    pub fn pass(&self) -> &str {
-        &self.0.0
-    }
-
-    /// `file:line` of the declaring call; empty when the frame came from a file.
-    pub fn rust(&self) -> &str {
-        &self.0.1
-    }
-}
-
-impl fmt::Display for PassPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "pass `{}`", self.pass())?;
-        if !self.rust().is_empty() {
-            write!(f, " ({})", self.rust())?;
-        }
-        Ok(())
-    }
-}
-
-/// Why a shader was refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ShaderError {
-    /// The source set has no such file.
-    #[error("no shader file `{path}` in the source set; known files: {known}")]
-    UnknownFile {
-        /// The path asked for.
-        path: String,
-        /// The paths there are.
-        known: String,
-    },
-    /// An `#import` names a file that is not there.
-    #[error("{place}: `#import \"{path}\"` names no file of the source set; write the path from the set's root, such as \"shared/rng.wgsl\"")]
-    UnknownImport {
-        /// Where the import stands.
-        place: ShaderPlace,
-        /// The path asked for.
-        path: String,
-    },
-    /// A line starts with `#` and is not an import.
-    #[error("{place}: cannot read `{line}`; the only directive is `#import \"path.wgsl\"`")]
-    Directive {
-        /// Where the line stands.
-        place: ShaderPlace,
-        /// The line.
-        line: String,
-    },
-    /// naga's WGSL parser refused the source.
-    #[error("{place}: {message}")]
-    Parse {
-        /// Where.
-        place: ShaderPlace,
-        /// The parser's words.
-        message: String,
-    },
-    /// naga's validator refused the module.
-    #[error("{place}: {message}")]
-    Validation {
-        /// Where.
-        place: ShaderPlace,
-        /// The validator's words.
-        message: String,
-    },
-    /// The module has no such entry point.
-    #[error("{place}: no {stage} entry point `{entry}`; entry points here: {known}. An entry point carries the file's stem")]
-    EntryPoint {
-        /// The file.
-        place: ShaderPlace,
-        /// Stage looked for.
-        stage: String,
-        /// Name looked for.
-        entry: String,
-        /// Names there are.
-        known: String,
-    },
-    /// `with_constant` names no `override`, or its value does not fit.
-    #[error("{place}: override `{name}` = {value}: {message}; overrides here: {known}")]
-    Constant {
-        /// The file.
-        place: ShaderPlace,
-        /// Name of the override.
-        name: String,
-        /// Value given.
-        value: f64,
-        /// What is wrong.
-        message: String,
-        /// Names there are.
-        known: String,
-    },
-    /// A binding of a kind the graph does not offer.
-    #[error("{place}: binding `{binding}`: {what} cannot be bound through the graph; use a closure pass")]
-    Unsupported {
-        /// Where the binding stands.
-        place: ShaderPlace,
-        /// Its name.
-        binding: String,
-        /// What it is.
-        what: String,
-    },
-    /// Two bindings share a group and a binding number.
-    #[error("{place}: `{binding}` and `{other}` both sit at @group({group}) @binding({number}); give one another number")]
-    SameSlot {
-        /// Where the second stands.
-        place: ShaderPlace,
-        /// Second name.
-        binding: String,
-        /// First name.
-        other: String,
-        /// Bind group.
-        group: u32,
-        /// Binding number.
-        number: u32,
-    },
-    /// The fragment stage returns something other than a struct whose members are the attachments.
-    #[error("{place}: fragment entry point `{entry}` must return a struct of `@location` members (each member's name is an attachment), or nothing")]
-    FragmentOutput {
-        /// The file.
-        place: ShaderPlace,
-        /// Entry point.
-        entry: String,
-    },
-}
+pub use place::{PassPlace, ShaderPlace};
+pub use shader::ShaderError;
+pub(crate) use words::{did_you_mean, names};
 
 /// Why a frame was refused or failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -226,7 +72,9 @@ pub enum GraphError {
         mend: Box<str>,
     },
     /// Bound by `.read`, but the shader writes it.
-    #[error("{at}: `{resource}` is declared as read, but the shader writes `{binding}` ({shader}); declare `.write(\"{binding}\", &mut …)`")]
+    #[error(
+        "{at}: `{resource}` is declared as read, but the shader writes `{binding}` ({shader}); declare `.write(\"{binding}\", &mut …)`"
+    )]
     ReadIsWritten {
         /// The pass.
         at: PassPlace,
@@ -238,7 +86,9 @@ pub enum GraphError {
         shader: ShaderPlace,
     },
     /// Bound by `.write`, but the shader never writes it.
-    #[error("{at}: `{resource}` is declared as written, but the shader never writes `{binding}` ({shader}); declare `.read(\"{binding}\", &…)`")]
+    #[error(
+        "{at}: `{resource}` is declared as written, but the shader never writes `{binding}` ({shader}); declare `.read(\"{binding}\", &…)`"
+    )]
     WriteIsNotWritten {
         /// The pass.
         at: PassPlace,
@@ -250,7 +100,9 @@ pub enum GraphError {
         shader: ShaderPlace,
     },
     /// Texture format and WGSL sample type disagree.
-    #[error("{at}: `{binding}` is {expected} ({shader}) but `{resource}` is {format}, which samples as {given}; declare `{binding}` as {mend}")]
+    #[error(
+        "{at}: `{binding}` is {expected} ({shader}) but `{resource}` is {format}, which samples as {given}; declare `{binding}` as {mend}"
+    )]
     SampleKind {
         /// The pass.
         at: PassPlace,
@@ -270,7 +122,9 @@ pub enum GraphError {
         mend: Box<str>,
     },
     /// The shader samples with a filter, the format cannot be filtered.
-    #[error("{at}: `{binding}` ({shader}) is sampled through a sampler, but `{resource}` is {format}, which cannot be filtered everywhere; use textureLoad or a 16-bit float format")]
+    #[error(
+        "{at}: `{binding}` ({shader}) is sampled through a sampler, but `{resource}` is {format}, which cannot be filtered everywhere; use textureLoad or a 16-bit float format"
+    )]
     NotFilterable {
         /// The pass.
         at: PassPlace,
@@ -318,7 +172,9 @@ pub enum GraphError {
         mend: Box<str>,
     },
     /// `.read_as` asks for a format the texture does not list.
-    #[error("{at}: `{resource}` is {format} and does not list {asked} as a view format; add `.view_format(…)` to its description")]
+    #[error(
+        "{at}: `{resource}` is {format} and does not list {asked} as a view format; add `.view_format(…)` to its description"
+    )]
     ViewFormat {
         /// The pass.
         at: PassPlace,
@@ -362,7 +218,9 @@ pub enum GraphError {
         given: u64,
     },
     /// One resource is bound more than once and at least one binding writes it.
-    #[error("{at}: `{resource}` is bound as `{first}` and as `{second}`, and one of them writes; a pass sees a resource it writes through one binding only: write to another resource")]
+    #[error(
+        "{at}: `{resource}` is bound as `{first}` and as `{second}`, and one of them writes; a pass sees a resource it writes through one binding only: write to another resource"
+    )]
     WriteConflict {
         /// The pass.
         at: PassPlace,
@@ -395,7 +253,9 @@ pub enum GraphError {
         known: String,
     },
     /// A fragment output has no texture.
-    #[error("{at}: the fragment stage writes `{attachment}` ({shader}) and no texture is attached; add `.color(\"{attachment}\", &mut …, Load::Clear([0.0; 4]))`")]
+    #[error(
+        "{at}: the fragment stage writes `{attachment}` ({shader}) and no texture is attached; add `.color(\"{attachment}\", &mut …, Load::Clear([0.0; 4]))`"
+    )]
     MissingAttachment {
         /// The pass.
         at: PassPlace,
@@ -419,7 +279,9 @@ pub enum GraphError {
         message: String,
     },
     /// Attachments differ in size or sample count.
-    #[error("{at}: attachments `{first}` ({first_size}) and `{second}` ({second_size}) differ in size or samples; make them the same")]
+    #[error(
+        "{at}: attachments `{first}` ({first_size}) and `{second}` ({second_size}) differ in size or samples; make them the same"
+    )]
     AttachmentSize {
         /// The pass.
         at: PassPlace,
@@ -550,7 +412,9 @@ pub enum GraphError {
     },
     // ---- execution ----
     /// An imported resource was declared without its wgpu object.
-    #[error("{at}: imported `{resource}` has no wgpu object, so the frame can be planned but not executed; pass it to `import_…`")]
+    #[error(
+        "{at}: imported `{resource}` has no wgpu object, so the frame can be planned but not executed; pass it to `import_…`"
+    )]
     ImportMissing {
         /// A pass that needs it.
         at: PassPlace,
@@ -608,7 +472,9 @@ pub enum GraphError {
         message: String,
     },
     /// The device is out of memory.
-    #[error("the device ran out of memory during {during}, with {bytes} bytes in the graph's pool; use smaller images or fewer photons")]
+    #[error(
+        "the device ran out of memory during {during}, with {bytes} bytes in the graph's pool; use smaller images or fewer photons"
+    )]
     OutOfMemory {
         /// What was being done.
         during: String,
@@ -649,62 +515,13 @@ impl GraphError {
     }
 }
 
-/// `; did you mean `x`?` for the closest known name, or nothing.
-pub(crate) fn did_you_mean<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let best = known.map(|other| (distance(name, other), other)).min();
-    match best {
-        Some((distance, other)) if distance <= 2.max(name.len() / 3) => format!("; did you mean `{other}`?"),
-        _ => String::new(),
-    }
-}
-
-/// Levenshtein distance, in characters.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let above = row[j + 1];
-            row[j + 1] = (diagonal + usize::from(x != *y)).min(above + 1).min(row[j] + 1);
-            diagonal = above;
-        }
-    }
-    row[b.len()]
-}
-
-/// "`a`, `b` and `c`", or "none".
-pub(crate) fn names<'a>(items: impl IntoIterator<Item = &'a str>) -> String {
-    let quoted: Vec<String> = items.into_iter().map(|name| format!("`{name}`")).collect();
-    match quoted.as_slice() {
-        [] => "none".to_owned(),
-        [one] => one.clone(),
-        [head @ .., last] => format!("{} and {last}", head.join(", ")),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn suggestions_come_only_when_close() {
-        assert_eq!(did_you_mean("photon", ["photons", "materials"].into_iter()), "; did you mean `photons`?");
-        assert_eq!(did_you_mean("zzz", ["photons"].into_iter()), "");
-        assert_eq!(distance("kitten", "sitting"), 3);
-    }
-
-    #[test]
     fn errors_are_small_enough_to_return() {
         assert!(size_of::<GraphError>() < 128, "{}", size_of::<GraphError>());
         assert!(size_of::<ShaderError>() < 128, "{}", size_of::<ShaderError>());
-    }
-
-    #[test]
-    fn names_read_as_a_sentence() {
-        assert_eq!(names([]), "none");
-        assert_eq!(names(["a"]), "`a`");
-        assert_eq!(names(["a", "b", "c"]), "`a`, `b` and `c`");
     }
 }

@@ -1,14 +1,17 @@
 //! Compares what a pass declares with what its shader does.
 
+mod layout;
+
 use crate::{
     BufferDesc, Graph, Handle, Resource, TextureDesc,
     declaration::{Access, ResourceKind, Write},
     error::{GraphError, PassPlace, did_you_mean, names},
     layout::StructLayout,
     pass::{Calls, Sampler},
-    reflect::{self, Binding, BindingKind, Element, StructShape},
+    reflect::{self, Binding, BindingKind},
     shader::ShaderCore,
 };
+use layout::compare;
 use std::panic::Location;
 use wgpu::TextureViewDimension as View;
 
@@ -28,8 +31,14 @@ enum Target {
 
 impl Call {
     #[track_caller]
-    pub(crate) fn new<T: Resource>(binding: &str, handle: &Handle<T>, write: bool, view_format: Option<wgpu::TextureFormat>) -> Self {
-        let target = Target::Resource { index: handle.index, graph: handle.graph, name: handle.name.to_string(), write, view_format };
+    pub(crate) fn new<T: Resource>(
+        binding: &str,
+        handle: &Handle<T>,
+        write: bool,
+        view_format: Option<wgpu::TextureFormat>,
+    ) -> Self {
+        let target =
+            Target::Resource { index: handle.index, graph: handle.graph, name: handle.name.to_string(), write, view_format };
         Self { binding: binding.to_owned(), target, location: Location::caller() }
     }
 
@@ -65,7 +74,12 @@ pub(crate) enum Bound {
 const PARAMS: &str = "params";
 
 /// Checks all bindings of a pass. Returns one [`Bound`] per binding of the shader, and the pass's accesses.
-pub(crate) fn bindings(graph: &Graph<'_>, core: &ShaderCore, calls: &Calls, at: &PassPlace) -> Result<(Vec<Bound>, Vec<Access>), Vec<GraphError>> {
+pub(crate) fn bindings(
+    graph: &Graph<'_>,
+    core: &ShaderCore,
+    calls: &Calls,
+    at: &PassPlace,
+) -> Result<(Vec<Bound>, Vec<Access>), Vec<GraphError>> {
     let mut errors = Vec::new();
     let mut bound: Vec<Option<Bound>> = vec![None; core.bindings.len()];
     let mut first: Vec<Option<&str>> = vec![None; core.bindings.len()];
@@ -131,7 +145,13 @@ pub(crate) fn bindings(graph: &Graph<'_>, core: &ShaderCore, calls: &Calls, at: 
 fn unknown(core: &ShaderCore, binding: &str, at: &PassPlace) -> GraphError {
     let known = || core.bindings.iter().map(|binding| binding.name.as_str());
     let hint = did_you_mean(binding, known());
-    GraphError::UnknownBinding { at: at.clone(), binding: binding.to_owned(), shader: core.source.flat.root(), known: names(known()), hint }
+    GraphError::UnknownBinding {
+        at: at.clone(),
+        binding: binding.to_owned(),
+        shader: core.source.flat.root(),
+        known: names(known()),
+        hint,
+    }
 }
 
 /// A resource that one access of a pass writes may have no other access in it.
@@ -193,7 +213,10 @@ impl Check<'_> {
                     }
                 };
                 let write = if self.binding.writes { Write::Keep } else { Write::No };
-                Ok((bound, Some(Access { resource: *index, binding: self.binding.name.clone(), read: self.binding.reads, write, usage })))
+                Ok((
+                    bound,
+                    Some(Access { resource: *index, binding: self.binding.name.clone(), read: self.binding.reads, write, usage }),
+                ))
             }
         }
     }
@@ -281,7 +304,11 @@ impl Check<'_> {
             View::D3 => three_d,
         };
         let mend = if !fits {
-            if view == View::D2 && !three_d { "declare a texture_2d_array in WGSL, or one layer in Rust" } else { "change the size in Rust or the type in WGSL" }
+            if view == View::D2 && !three_d {
+                "declare a texture_2d_array in WGSL, or one layer in Rust"
+            } else {
+                "change the size in Rust or the type in WGSL"
+            }
         } else if multisampled != (desc.sample_count > 1) {
             "give both the same number of samples, or use the multisampled type in WGSL"
         } else {
@@ -299,7 +326,14 @@ impl Check<'_> {
         })
     }
 
-    fn sample(&self, name: &str, format: wgpu::TextureFormat, expected: wgpu::TextureSampleType, view: View, multisampled: bool) -> Result<(), GraphError> {
+    fn sample(
+        &self,
+        name: &str,
+        format: wgpu::TextureFormat,
+        expected: wgpu::TextureSampleType,
+        view: View,
+        multisampled: bool,
+    ) -> Result<(), GraphError> {
         use wgpu::TextureSampleType as S;
         let aspect = if format.has_depth_aspect() { Some(wgpu::TextureAspect::DepthOnly) } else { None };
         let given = format.sample_type(aspect, None);
@@ -313,7 +347,10 @@ impl Check<'_> {
                     format: crate::format::name(format),
                 });
             }
-            (S::Float { .. }, Some(S::Float { .. })) | (S::Uint, Some(S::Uint)) | (S::Sint, Some(S::Sint)) | (S::Depth, Some(S::Depth)) => true,
+            (S::Float { .. }, Some(S::Float { .. }))
+            | (S::Uint, Some(S::Uint))
+            | (S::Sint, Some(S::Sint))
+            | (S::Depth, Some(S::Depth)) => true,
             _ => false,
         };
         if fits {
@@ -352,50 +389,4 @@ fn check_params(params: &Params, binding: &Binding, at: &PassPlace, errors: &mut
         return;
     };
     errors.extend(compare(&params.layout, element, binding, at).err());
-}
-
-/// The first difference between a Rust layout and a WGSL element.
-fn compare(layout: &StructLayout, element: &Element, binding: &Binding, at: &PassPlace) -> Result<(), GraphError> {
-    let (wgsl_struct, difference) = match element {
-        // No Rust struct can describe a runtime-sized tail; such a buffer is declared in bytes or words.
-        Element::Tail(name) => (name.clone(), Some("the WGSL struct ends in a runtime-sized array; describe the buffer with BufferDesc::bytes".to_owned())),
-        Element::Plain(name) => (name.clone(), Some(format!("the WGSL elements are `{name}`, no struct; describe the buffer with BufferDesc::words, or change the WGSL"))),
-        Element::Struct(shape) => (shape.name.clone(), difference(layout, shape)),
-    };
-    let Some(difference) = difference else { return Ok(()) };
-    Err(GraphError::Layout {
-        at: at.clone(),
-        binding: binding.name.clone(),
-        shader: binding.place.clone(),
-        rust_struct: layout.name.to_owned(),
-        wgsl_struct,
-        difference,
-    })
-}
-
-fn difference(layout: &StructLayout, shape: &StructShape) -> Option<String> {
-    let padding = |name: &str| name.starts_with("pad") || name.starts_with("_pad");
-    for field in layout.fields.iter().filter(|field| !padding(field.name)) {
-        let Some(other) = shape.fields.iter().find(|other| other.name == field.name) else {
-            let hint = did_you_mean(field.name, shape.fields.iter().map(|field| field.name.as_str()));
-            return Some(format!("WGSL has no field `{}`{hint}; add it, or call the Rust field `pad…`", field.name));
-        };
-        if other.offset != field.offset {
-            return Some(format!(
-                "field `{}` lies at byte {} in Rust and {} in WGSL; put explicit padding before it (WGSL aligns vec3 and vec4 to 16)",
-                field.name, field.offset, other.offset
-            ));
-        }
-        if other.size != field.size {
-            return Some(format!("field `{}` takes {} bytes in Rust and {} in WGSL; make the types the same", field.name, field.size, other.size));
-        }
-    }
-    for other in shape.fields.iter().filter(|field| !padding(&field.name)) {
-        if !layout.fields.iter().any(|field| field.name == other.name) {
-            return Some(format!("Rust has no field `{}` (byte {}, {} bytes); add it", other.name, other.offset, other.size));
-        }
-    }
-    (layout.size != shape.size).then(|| {
-        format!("the struct takes {} bytes in Rust and {} in WGSL; pad the shorter (WGSL rounds up to the alignment)", layout.size, shape.size)
-    })
 }
