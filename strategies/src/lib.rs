@@ -7,7 +7,7 @@
 //!                      direct light ──────────┴──────────▶ composition ◀─────┘ ──▶ mean over frames
 //! ```
 //!
-//! [`registry`] lists the strategies of this crate; a third party adds its own by implementing [`Strategy`] in its own
+//! [`registry()`] lists the strategies of this crate; a third party adds its own by implementing [`Strategy`] in its own
 //! crate and handing it to [`Pipeline::new`].
 //!
 //! ```
