@@ -69,8 +69,7 @@ impl Strategy for Path {
         let emitted = self.config.light_paths.unwrap_or(automatic);
         // Only lights without area need light paths (emissive triangles are hit by paths from the eye), and only where
         // something mirrors or refracts.
-        let specular = frame.scene.traits.glossy || frame.scene.traits.refracts;
-        let splats = (specular && frame.info.punctual_count > 0 && emitted > 0 && frame.max_bounces > 0).then(|| {
+        let splats = (frame.scene.traits.specular() && frame.info.punctual_count > 0 && emitted > 0 && frame.max_bounces > 0).then(|| {
             let settings = PhotonSettings {
                 emitted,
                 capacity: PhotonSettings::default_capacity(emitted, frame.max_bounces),

@@ -41,6 +41,11 @@ impl SceneTraits {
         }
     }
 
+    /// Whether some surface may be a mirror or refract: whether specular paths can occur at all.
+    pub fn specular(self) -> bool {
+        self.glossy || self.refracts
+    }
+
     /// The WGSL overrides and their values.
     pub(crate) fn constants(self) -> [(&'static str, bool); 4] {
         [

@@ -110,7 +110,7 @@ impl Pipeline {
             let sampling = DirectSettings { seed, frame: frame_index, emissive_samples: settings.emissive_samples };
             self.direct.add(graph, scene, info, camera, &gbuffer, sampling)
         });
-        let indirect = if estimate.covers_specular {
+        let indirect = if estimate.covers_specular || !scene.traits.specular() {
             estimate.indirect
         } else {
             let path = PathSettings { seed, frame: frame_index, max_bounces: settings.bounces };
