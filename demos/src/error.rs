@@ -59,12 +59,12 @@ impl Error {
     }
 
     /// A file that cannot be read.
-    pub(crate) fn read(path: &Path, reason: impl ToString) -> Self {
+    pub(crate) fn read(path: &Path, reason: &impl ToString) -> Self {
         Self::Read { path: path.to_owned(), reason: reason.to_string() }
     }
 
     /// A file that cannot be written.
-    pub(crate) fn write(path: &Path, reason: impl ToString) -> Self {
+    pub(crate) fn write(path: &Path, reason: &impl ToString) -> Self {
         Self::Write { path: path.to_owned(), reason: reason.to_string() }
     }
 }

@@ -8,7 +8,7 @@ use crate::Error;
 /// Makes the folder that `file` will lie in, so that a wrong path is known before the work and not after it.
 pub(crate) fn prepare_parent(file: &Path) -> Result<(), Error> {
     if file.is_dir() {
-        return Err(Error::write(file, "it is a folder; name a file in it"));
+        return Err(Error::write(file, &"it is a folder; name a file in it"));
     }
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => prepare_folder(folder),
@@ -18,7 +18,7 @@ pub(crate) fn prepare_parent(file: &Path) -> Result<(), Error> {
 
 /// Makes a folder and all above it.
 pub(crate) fn prepare_folder(folder: &Path) -> Result<(), Error> {
-    fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))
+    fs::create_dir_all(folder).map_err(|error| Error::write(folder, &error))
 }
 
 /// Writes beside `file` first and renames, so that an interruption leaves the old contents or the new.
@@ -29,7 +29,7 @@ pub(crate) fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| {
         // The first error is the one to tell.
         let _ = fs::remove_file(&partial);
-        Error::write(file, error)
+        Error::write(file, &error)
     })
 }
 

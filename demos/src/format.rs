@@ -1,5 +1,7 @@
 //! Numbers for people: the table on stdout and the report use the same.
 
+use std::fmt::Write as _;
+
 /// Three significant digits, without an exponent for ordinary sizes; a dash for what was not measured.
 pub(crate) fn number(value: Option<f64>) -> String {
     let Some(value) = value else {
@@ -59,9 +61,9 @@ pub(crate) fn columns(rows: &[Vec<String>]) -> String {
         for (i, cell) in row.iter().enumerate() {
             let width = widths[i];
             if i == 0 {
-                line.push_str(&format!("{cell:<width$}"));
+                let _ = write!(line, "{cell:<width$}");
             } else {
-                line.push_str(&format!("  {cell:>width$}"));
+                let _ = write!(line, "  {cell:>width$}");
             }
         }
         text.push_str(line.trim_end());

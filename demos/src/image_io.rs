@@ -13,13 +13,13 @@ use crate::{Error, MAX_SIZE, Picture};
 
 /// Reads the R, G and B channels of an EXR file (16- or 32-bit float, not deep); alpha is dropped.
 pub fn read_exr(path: &Path) -> Result<Picture, Error> {
-    let file = File::open(path).map_err(|error| Error::read(path, error))?;
-    let wrong = |error: image::ImageError| Error::read(path, format!("not a readable EXR: {error}"));
+    let file = File::open(path).map_err(|error| Error::read(path, &error))?;
+    let wrong = |error: image::ImageError| Error::read(path, &format!("not a readable EXR: {error}"));
     let decoder = OpenExrDecoder::with_alpha_preference(BufReader::new(file), Some(false)).map_err(wrong)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 || width > MAX_SIZE || height > MAX_SIZE {
         let reason = format!("its size is {width}x{height}, and images are 1x1 to {MAX_SIZE}x{MAX_SIZE}");
-        return Err(Error::read(path, reason));
+        return Err(Error::read(path, &reason));
     }
     let mut bytes = vec![0_u8; width as usize * height as usize * 12];
     decoder.read_image(&mut bytes).map_err(wrong)?;
@@ -35,7 +35,7 @@ pub fn write_exr(path: &Path, picture: &Picture) -> Result<(), Error> {
     let mut file = Cursor::new(Vec::new());
     OpenExrEncoder::new(&mut file)
         .write_image(&bytes, width, height, ExtendedColorType::Rgb32F)
-        .map_err(|error| Error::write(path, error))?;
+        .map_err(|error| Error::write(path, &error))?;
     write_whole(path, &file.into_inner())
 }
 

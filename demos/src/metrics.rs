@@ -35,7 +35,7 @@ pub fn flip(image_srgb8: &[u8], reference_srgb8: &[u8], size: [u32; 2]) -> Optio
     Some(f64::from(nv_flip::FlipPool::from_image(&map).mean()))
 }
 
-/// Signed relative error per pixel, (Y_x − Y_r) / √(Y_r² + 0.01) on luminance: negative where the image is too dark.
+/// Signed relative error per pixel, (y − s) / √(s² + 0.01) of luminances y and s of image and reference: negative where the image is too dark.
 /// Empty when the sizes differ.
 pub fn signed_error(image: &Picture, reference: &Picture) -> Vec<f32> {
     if image.size() != reference.size() {

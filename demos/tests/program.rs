@@ -12,7 +12,7 @@ struct Place(TempDir);
 
 impl Place {
     fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
+        Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -21,13 +21,17 @@ impl Place {
 
     fn file(&self, name: &str, contents: &[u8]) -> PathBuf {
         let path = self.path(name);
-        std::fs::write(&path, contents).unwrap();
+        std::fs::write(&path, contents).expect("a file in it");
         path
     }
 
     /// Runs the program here with the words of `line`.
     fn run(&self, line: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_lightloom")).args(line.split_whitespace()).current_dir(self.0.path()).output().unwrap()
+        Command::new(env!("CARGO_BIN_EXE_lightloom"))
+            .args(line.split_whitespace())
+            .current_dir(self.0.path())
+            .output()
+            .expect("the program to start")
     }
 
     /// Runs the program, which must fail with `status`, and say `error: …` with each of `words` in it and no panic.
@@ -52,7 +56,7 @@ fn has_adapter() -> bool {
 
 fn example_exr(path: &Path, size: [u32; 2]) {
     let pixels = vec![[0.5; 3]; (size[0] * size[1]) as usize];
-    lightloom::write_exr(path, &lightloom::Picture::new(size, pixels)).unwrap();
+    lightloom::write_exr(path, &lightloom::Picture::new(size, pixels)).expect("an EXR");
 }
 
 #[test]
@@ -74,7 +78,7 @@ fn sizes_and_counts_out_of_range_are_wrong_usage() {
     place.refuses(&format!("{line} --photons 0"), 2, &["--photons", "250k"]);
     place.refuses(&format!("{line} --radius -1"), 2, &["--radius"]);
     place.refuses(&format!("{line} --radius nan"), 2, &["--radius", "metres"]);
-    place.refuses(&format!("{line} --bounces 65"), 2, &["--bounces", "64"]);
+    place.refuses(&format!("{line} --bounces 257"), 2, &["--bounces", "256"]);
     place.refuses(&format!("{line} --frames 0"), 2, &["--frames"]);
     place.refuses(&format!("{line} --seed -1"), 2, &["--seed"]);
 }
@@ -242,13 +246,9 @@ fn layers_add_up() {
     };
     let [all, direct, indirect, caustic] = ["final", "direct", "indirect", "caustic"].map(layer);
     for (i, sum) in all.pixels().iter().enumerate() {
-        for c in 0..3 {
-            let (direct, indirect, caustic) = (direct.pixels()[i][c], indirect.pixels()[i][c], caustic.pixels()[i][c]);
-            assert!(
-                (sum[c] - direct - indirect).abs() <= 1e-4 * sum[c].max(1e-3),
-                "pixel {i}: {} ≠ {direct} + {indirect}",
-                sum[c]
-            );
+        for (c, sum) in sum.iter().enumerate() {
+            let [direct, indirect, caustic] = [&direct, &indirect, &caustic].map(|layer| layer.pixels()[i][c]);
+            assert!((sum - direct - indirect).abs() <= 1e-4 * sum.max(1e-3), "pixel {i}: {sum} ≠ {direct} + {indirect}");
             assert!(caustic <= indirect * 1.0001 + 1e-6, "pixel {i}: caustic {caustic} of indirect {indirect}");
         }
     }

@@ -2,6 +2,7 @@
 
 use lightloom_graph::{AdapterSummary, GpuError, adapters};
 use lightloom_strategies::{Strategy, by_name, registry};
+use std::fmt::Write as _;
 
 use crate::format::bytes;
 use crate::{Error, console};
@@ -39,12 +40,12 @@ fn describe(adapter: &AdapterSummary, strategies: &[Box<dyn Strategy>]) -> Strin
     ];
     let mut text = format!("{}\n", info.name);
     for (name, value) in facts {
-        text.push_str(&format!("  {name}: {value}\n"));
+        let _ = writeln!(text, "  {name}: {value}");
     }
     for strategy in strategies {
         let missing = strategy.requirements().missing(adapter.features, limits);
         let verdict = if missing.is_empty() { "runs".to_owned() } else { format!("does not run: {}", missing.join("; ")) };
-        text.push_str(&format!("  strategy {}: {verdict}\n", strategy.name()));
+        let _ = writeln!(text, "  strategy {}: {verdict}", strategy.name());
     }
     text.push('\n');
     text
@@ -54,7 +55,7 @@ fn parameters(strategy: &dyn Strategy) -> String {
     let mut text = format!("{}: {}\n", strategy.name(), strategy.description());
     for parameter in strategy.parameters() {
         let set = format!("--set {}={}", parameter.name, parameter.value);
-        text.push_str(&format!("  {set:<28} {}\n", parameter.doc));
+        let _ = writeln!(text, "  {set:<28} {}", parameter.doc);
     }
     text.push('\n');
     text

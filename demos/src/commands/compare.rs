@@ -109,11 +109,11 @@ fn reference_file(path: &Path, size: [u32; 2]) -> Result<Picture, Error> {
             "the reference is {w}x{h} and the comparison {}x{}; give --size {w}x{h}, or a reference of that size",
             size[0], size[1]
         );
-        return Err(Error::read(path, reason));
+        return Err(Error::read(path, &reason));
     }
     match picture.nonfinite_pixels() {
         0 => Ok(picture),
-        bad => Err(Error::read(path, format!("{bad} pixels are NaN or infinite: no reference"))),
+        bad => Err(Error::read(path, &format!("{bad} pixels are NaN or infinite: no reference"))),
     }
 }
 

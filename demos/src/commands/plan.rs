@@ -1,6 +1,7 @@
 //! `lightloom plan`: a frame description planned without a device.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -16,8 +17,8 @@ const MEASURE: Duration = Duration::from_millis(200);
 const MOST_RUNS: usize = 1000;
 
 pub(crate) fn run(args: &PlanArgs) -> Result<(), Error> {
-    let text = std::fs::read_to_string(&args.frame).map_err(|error| Error::read(&args.frame, error))?;
-    let wrong = |error| Error::read(&args.frame, error);
+    let text = std::fs::read_to_string(&args.frame).map_err(|error| Error::read(&args.frame, &error))?;
+    let wrong = |error| Error::read(&args.frame, &error);
     let declaration = Declaration::from_frame_json(&text).map_err(wrong)?;
     let options = PlanOptions::default();
     let planned = plan(&declaration, &options).map_err(wrong)?;
@@ -75,7 +76,7 @@ fn table(declaration: &Declaration, plan: &Plan, times: Times) -> String {
     if !plan.culled.is_empty() {
         text.push_str("\nculled\n");
         for culled in &plan.culled {
-            text.push_str(&format!("  {}: {}\n", culled.pass, culled.reason));
+            let _ = writeln!(text, "  {}: {}", culled.pass, culled.reason);
         }
     }
     let memory = plan.memory;

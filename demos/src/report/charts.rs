@@ -3,6 +3,7 @@
 use crate::format::{bytes, number};
 use crate::report::escape;
 use crate::results::Results;
+use std::fmt::Write as _;
 
 /// Device time of the strategies on one scale, then of each strategy's passes on a scale of its own: brute force would
 /// leave nothing to see of the others.
@@ -18,7 +19,7 @@ pub(crate) fn times(results: &Results) -> String {
     for strategy in &results.strategies {
         let rows: Vec<Row> = strategy.passes.iter().map(|pass| time(&pass.name, pass.gpu_ms)).collect();
         let total = number(strategy.gpu_ms);
-        html.push_str(&format!("<h3>{} <small>{total} ms</small></h3>\n", escape(&strategy.name)));
+        let _ = writeln!(html, "<h3>{} <small>{total} ms</small></h3>", escape(&strategy.name));
         html.push_str(&bars(&rows, longest(&rows)));
     }
     html
@@ -39,7 +40,7 @@ pub(crate) fn memory(results: &Results) -> String {
             row("pooled", "pooled", strategy.memory.pooled_bytes),
             row("live", "live", strategy.memory.peak_live_bytes),
         ];
-        html.push_str(&format!("<h3>{}</h3>\n", escape(&strategy.name)));
+        let _ = writeln!(html, "<h3>{}</h3>", escape(&strategy.name));
         html.push_str(&bars(&rows, most as f64));
     }
     html

@@ -9,6 +9,7 @@ mod tables;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use std::fmt::Write as _;
 
 use crate::results::Results;
 pub(crate) use error_map::error_map_rgb8;
@@ -90,7 +91,7 @@ fn header(results: &Results) -> String {
     }
     let mut list = String::new();
     for (name, value) in facts {
-        list.push_str(&format!("<div><dt>{name}</dt><dd>{}</dd></div>\n", escape(&value)));
+        let _ = writeln!(list, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(&value));
     }
     format!(
         "<header>\n<p class=brand>Lightloom</p>\n<h1>{}</h1>\n<dl class=facts>\n{list}</dl>\n</header>\n",
@@ -102,7 +103,8 @@ fn warnings(results: &Results) -> String {
     if results.warnings.is_empty() {
         return String::new();
     }
-    let items: String = results.warnings.iter().map(|w| format!("<li>{}</li>\n", escape(w))).collect();
+    let item = |warning: &String| format!("<li>{}</li>\n", escape(warning));
+    let items: String = results.warnings.iter().map(item).collect();
     format!("<aside class=warnings>\n<strong>Before trusting the numbers</strong>\n<ul>\n{items}</ul>\n</aside>\n")
 }
 

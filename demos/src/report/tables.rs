@@ -20,8 +20,8 @@ pub(crate) fn strategies(results: &Results) -> String {
         ("escaped", "share of the emitted flux"),
         ("ended", "share ended by roulette or depth"),
     ];
-    let head: String =
-        heads.iter().map(|(name, title)| format!("<th scope=col title=\"{}\">{name}</th>", escape(title))).collect();
+    let cell = |(name, title): &(&str, &str)| format!("<th scope=col title=\"{}\">{name}</th>", escape(title));
+    let head: String = heads.iter().map(cell).collect();
     let best = Best::of(&results.strategies);
     let rows: String = results.strategies.iter().map(|row| line(row, &best)).collect();
     format!("<div class=scroll><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n")
