@@ -69,17 +69,18 @@ impl Strategy for Path {
         let emitted = self.config.light_paths.unwrap_or(automatic);
         // Only lights without area need light paths (emissive triangles are hit by paths from the eye), and only where
         // something mirrors or refracts.
-        let splats = (frame.scene.traits.specular() && frame.info.punctual_count > 0 && emitted > 0 && frame.max_bounces > 0).then(|| {
-            let settings = PhotonSettings {
-                emitted,
-                capacity: PhotonSettings::default_capacity(emitted, frame.max_bounces),
-                max_bounces: frame.max_bounces,
-                seed: frame.seed,
-                caustics_only: true,
-            };
-            let photons = self.photons.add(graph, frame.scene, frame.info, &settings);
-            self.splat.add(graph, frame.scene, frame.info, frame.camera, &photons, frame.seed)
-        });
+        let splats = (frame.scene.traits.specular() && frame.info.punctual_count > 0 && emitted > 0 && frame.max_bounces > 0)
+            .then(|| {
+                let settings = PhotonSettings {
+                    emitted,
+                    capacity: PhotonSettings::default_capacity(emitted, frame.max_bounces),
+                    max_bounces: frame.max_bounces,
+                    seed: frame.seed,
+                    caustics_only: true,
+                };
+                let photons = self.photons.add(graph, frame.scene, frame.info, &settings);
+                self.splat.add(graph, frame.scene, frame.info, frame.camera, &photons, frame.seed)
+            });
         let settings = PathSettings { seed: frame.seed, frame: frame.frame_index, max_bounces: frame.max_bounces };
         let layers = self.trace.add(graph, frame.scene, frame.info, frame.camera, splats.as_ref(), settings);
         Ok(Estimate {

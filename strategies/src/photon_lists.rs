@@ -18,7 +18,17 @@ use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSour
 const WORKGROUPS: u32 = 1024;
 
 shader_struct! {
-    /// Parameters of `sort_lists` and `list_stats`.
+    /// Parameters of `sort_lists`.
+    struct SortParams {
+        lists: u32,
+        entry_capacity: u32,
+        run: u32,
+        pad0: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `list_stats`.
     struct ListParams {
         lists: u32,
         entry_capacity: u32,
@@ -40,12 +50,6 @@ pub struct PhotonLists {
     pub entry_capacity: u32,
 }
 
-impl PhotonLists {
-    fn params(&self) -> ListParams {
-        ListParams { lists: self.lists, entry_capacity: self.entry_capacity, ..ListParams::default() }
-    }
-}
-
 /// Puts every list into ascending order, in place.
 #[derive(Debug)]
 pub struct SortLists {
@@ -60,13 +64,16 @@ impl SortLists {
 
     /// Declares the pass; runs nothing.
     pub fn add(&self, graph: &mut Graph<'_>, lists: &mut PhotonLists) {
+        let PhotonLists { lists: count, entry_capacity, .. } = *lists;
+        // As many runs as workgroups where the lists are few; longer runs pass over empty lists faster.
+        let run = (count / WORKGROUPS).clamp(1, self.shader.workgroup_size()[0]);
         graph
             .compute(&self.shader)
-            .params(&lists.params())
+            .params(&SortParams { lists: count, entry_capacity, run, pad0: 0 })
             .read("offsets", &lists.offsets)
             .write("entries", &mut lists.entries)
             .heavy()
-            .dispatch([lists.lists.clamp(1, WORKGROUPS), 1, 1]);
+            .dispatch([count.div_ceil(run).clamp(1, WORKGROUPS), 1, 1]);
     }
 }
 
@@ -87,7 +94,7 @@ impl ListStats {
         graph.clear_buffer(&mut stats);
         graph
             .compute(&self.shader)
-            .params(&lists.params())
+            .params(&ListParams { lists: lists.lists, entry_capacity: lists.entry_capacity, ..ListParams::default() })
             .read("offsets", &lists.offsets)
             .write("stats", &mut stats)
             .dispatch([lists.lists.div_ceil(64).clamp(1, WORKGROUPS), 1, 1]);
