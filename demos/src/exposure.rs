@@ -1,7 +1,8 @@
 //! From linear radiance to what a screen shows.
 //!
 //! One exposure serves every image of a comparison, so a strategy that loses light looks darker. Automatic exposure is
-//! [Rei02] Eq. 2: key over the log-average luminance of the pixels that are not black. The curve is [Rei02] Eq. 4 per
+//! [Rei02] Eq. 2, key over the log-average luminance of the pixels that are not black, but never so bright that a tenth of them
+//! comes near white: sparse photons make a low average. The curve is [Rei02] Eq. 4 per
 //! channel, `L (1 + L / L_w²) / (1 + L)`, with everything from `L_w` = 4 up shown white, then the sRGB transfer function.
 //!
 //! [Rei02]: https://doi.org/10.1145/566654.566575 "Reinhard, Stark, Shirley, Ferwerda, Photographic tone reproduction for digital images, 2002"
@@ -10,6 +11,8 @@ use crate::picture::{Picture, luminance};
 
 /// The exposed luminance that the scene's log-average is brought to.
 const KEY: f32 = 0.25;
+/// The exposed luminance that the brightest tenth of the pixels may begin at; the curve shows it as two thirds of white.
+const BRIGHT: f32 = 1.5;
 /// Exposed values from here up are white.
 const WHITE: f32 = 4.0;
 /// Luminance at or below this is black: not counted in the average (W·m⁻²·sr⁻¹).
@@ -25,20 +28,18 @@ impl Exposure {
         Self(factor)
     }
 
-    /// The exposure that brings the picture's log-average luminance to the key; 1 for a black picture.
+    /// The exposure that suits a picture; 1 for a black one.
     pub fn automatic(picture: &Picture) -> Self {
-        let (mut sum, mut count) = (0.0_f64, 0_u64);
-        for pixel in picture.pixels() {
-            let luminance = luminance(*pixel);
-            if luminance.is_finite() && luminance > BLACK {
-                sum += f64::from(luminance).ln();
-                count += 1;
-            }
-        }
-        if count == 0 {
+        let luminances = picture.pixels().iter().map(|pixel| luminance(*pixel));
+        let mut lit: Vec<f32> = luminances.filter(|y| y.is_finite() && *y > BLACK).collect();
+        if lit.is_empty() {
             return Self(1.0);
         }
-        Self(KEY / (sum / count as f64).exp() as f32)
+        let log_sum: f64 = lit.iter().map(|y| f64::from(*y).ln()).sum();
+        let log_average = (log_sum / lit.len() as f64).exp() as f32;
+        let bright_rank = lit.len() * 9 / 10;
+        let (_, bright, _) = lit.select_nth_unstable_by(bright_rank, f32::total_cmp);
+        Self((KEY / log_average).min(BRIGHT / *bright))
     }
 
     /// The factor on radiance.
@@ -105,6 +106,10 @@ mod tests {
         // Geometric mean of ½ and 2 is 1.
         assert!((Exposure::automatic(&dim).factor() - KEY).abs() < 1e-6);
         assert_eq!(Exposure::automatic(&dim).tone_map(&dim), Exposure::automatic(&bright).tone_map(&bright));
+        // One pixel in five is a hundred times as bright as the rest.
+        let mixed: Vec<[f32; 3]> = (0..100).map(|i| [if i % 5 == 0 { 100.0 } else { 1.0 }; 3]).collect();
+        let spotted = Exposure::automatic(&Picture::new([10, 10], mixed));
+        assert!((spotted.factor() * 100.0 - BRIGHT).abs() < 1e-4, "{spotted:?}");
         let black = Picture::new([1, 1], vec![[0.0; 3]]);
         assert_eq!(Exposure::automatic(&black), Exposure::fixed(1.0));
     }

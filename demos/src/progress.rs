@@ -13,7 +13,7 @@ impl ProgressLine {
     /// A line that begins with `label`, such as a strategy's name.
     pub(crate) fn new(label: &str) -> Self {
         // indicatif draws on stderr, and hides itself where that is no terminal.
-        let bar = ProgressBar::new(0);
+        let bar = ProgressBar::new(1);
         if let Ok(style) = ProgressStyle::with_template("{prefix:>14} [{bar:32}] {percent:>3} % {elapsed:>4} {wide_msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
