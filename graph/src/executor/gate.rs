@@ -2,25 +2,49 @@
 
 use crate::error::GraphError;
 use std::{
+    hash::{DefaultHasher, Hash, Hasher},
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, PoisonError, Weak},
 };
+
+/// Why a device was lost, if it was.
+type Lost = Mutex<Option<String>>;
+
+/// One flag per device: a device has one callback, and several executors may share a device.
+static FLAGS: Mutex<Vec<(u64, Weak<Lost>)>> = Mutex::new(Vec::new());
+
+/// The flag of `device`. An executor holds its device as long as its flag, so a hash with a live flag is that device's.
+fn flag(device: &wgpu::Device) -> Arc<Lost> {
+    let mut hasher = DefaultHasher::new();
+    device.hash(&mut hasher);
+    let hash = hasher.finish();
+    let mut flags = FLAGS.lock().unwrap_or_else(PoisonError::into_inner);
+    flags.retain(|(_, flag)| flag.strong_count() > 0);
+    if let Some(found) = flags.iter().find(|(other, _)| *other == hash).and_then(|(_, flag)| flag.upgrade()) {
+        return found;
+    }
+    let lost: Arc<Lost> = Arc::default();
+    flags.push((hash, Arc::downgrade(&lost)));
+    let weak = Arc::downgrade(&lost);
+    device.set_device_lost_callback(move |reason, message| {
+        if let Some(flag) = weak.upgrade() {
+            *flag.lock().unwrap_or_else(PoisonError::into_inner) = Some(format!("{reason:?}: {message}"));
+        }
+    });
+    lost
+}
 
 /// A device and its queue, with whether it was lost.
 #[derive(Clone, Debug)]
 pub(super) struct Gate {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
-    lost: Arc<Mutex<Option<String>>>,
+    lost: Arc<Lost>,
 }
 
 impl Gate {
     pub(super) fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
-        let lost: Arc<Mutex<Option<String>>> = Arc::default();
-        let flag = Arc::clone(&lost);
-        device.set_device_lost_callback(move |reason, message| {
-            *flag.lock().unwrap_or_else(PoisonError::into_inner) = Some(format!("{reason:?}: {message}"));
-        });
+        let lost = flag(&device);
         Self { device, queue, lost }
     }
 
@@ -58,7 +82,7 @@ impl Gate {
             }
             (Some(wgpu::Error::OutOfMemory { .. }), _) => Err(GraphError::OutOfMemory { during: during.to_owned(), bytes: held }),
             (_, Err(error)) => Err(error),
-            (Some(error), Ok(_)) => Err(GraphError::Gpu { during: during.to_owned(), message: error.to_string() }),
+            (Some(error), Ok(_)) => Err(GraphError::Gpu { during: during.to_owned(), message: one_line(&error.to_string()) }),
             (None, Ok(value)) => Ok(value),
         }
     }
@@ -76,4 +100,10 @@ impl Gate {
             Err(_) => Err(GraphError::DeviceLost { message: "a wait failed".to_owned() }),
         }
     }
+}
+
+/// wgpu's indented tree of causes as one line.
+fn one_line(message: &str) -> String {
+    let lines: Vec<&str> = message.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    lines.join(" ")
 }

@@ -17,6 +17,7 @@ struct Pair {
     previous: Physical,
     current: Physical,
     bytes: u64,
+    first_frame: u64,
 }
 
 impl Histories {
@@ -29,7 +30,7 @@ impl Histories {
     }
 
     /// Gives each pair in use its objects. New objects are zero: wgpu clears them before their first use.
-    pub(super) fn acquire(&mut self, device: &wgpu::Device, frame: &mut Frame<'_>) {
+    pub(super) fn acquire(&mut self, device: &wgpu::Device, frame: &mut Frame<'_>, number: u64) {
         for previous in pairs(frame) {
             let current = previous + 1;
             let used = frame.plan.lifetimes[previous].is_some() || frame.plan.lifetimes[current].is_some();
@@ -48,13 +49,21 @@ impl Histories {
                 let usage = needed | generous(device, &kind);
                 let [first, second] =
                     ["previous", "current"].map(|half| create(device, &format!("{} {half}", key.1), &kind, usage));
-                self.pairs.insert(key.clone(), Pair { kind, usage, previous: first, current: second, bytes: resource.bytes });
+                self.pairs.insert(
+                    key.clone(),
+                    Pair { kind, usage, previous: first, current: second, bytes: resource.bytes, first_frame: number },
+                );
             }
             if let Some(pair) = self.pairs.get(&key) {
                 frame.physical[previous] = pair.previous.clone();
                 frame.physical[current] = pair.current.clone();
             }
         }
+    }
+
+    /// Drops what was made for frame `number`: some of it may be an object wgpu could not make.
+    pub(super) fn forget(&mut self, number: u64) {
+        self.pairs.retain(|_, pair| pair.first_frame != number);
     }
 
     /// After a frame has run: what it wrote becomes `previous`; pairs it no longer declares are dropped.

@@ -227,10 +227,15 @@ impl Executor {
         self.frame += 1;
         let held = self.held_bytes();
         let gate = self.gate.clone();
-        gate.scoped("allocation", held, || {
+        let allocated = gate.scoped("allocation", held, || {
             self.allocate(&mut frame);
             Ok(())
-        })?;
+        });
+        if let Err(error) = allocated {
+            self.pool.forget(self.frame);
+            self.history.forget(self.frame);
+            return Err(error);
+        }
         let source = if self.timing { self.source } else { TimingSource::None };
         let mut run =
             gate.scoped(&format!("frame `{}`", frame.declaration.name), held, || self.encode(&mut frame, source, observer))?;
@@ -263,7 +268,7 @@ impl Executor {
     fn allocate(&mut self, frame: &mut Frame<'_>) {
         let device = &self.gate.device;
         self.pool.acquire(device, frame, self.frame);
-        self.history.acquire(device, frame);
+        self.history.acquire(device, frame, self.frame);
         for (index, object) in frame.objects.iter().enumerate() {
             if frame.plan.lifetimes[index].is_some() {
                 match object {

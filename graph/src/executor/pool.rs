@@ -17,6 +17,7 @@ pub(super) struct Pool {
 struct Pooled {
     object: Physical,
     bytes: u64,
+    first_frame: u64,
     last_frame: u64,
 }
 
@@ -36,7 +37,7 @@ impl Pool {
             let next = taken.entry(key.clone()).or_insert(0);
             if *next == objects.len() {
                 let object = create(device, &format!("pool slot {index}"), &key.0, slot.usage);
-                objects.push(Pooled { object, bytes: slot.bytes, last_frame: number });
+                objects.push(Pooled { object, bytes: slot.bytes, first_frame: number, last_frame: number });
             }
             let pooled = &mut objects[*next];
             *next += 1;
@@ -45,6 +46,14 @@ impl Pool {
                 frame.physical[resource] = pooled.object.clone();
             }
         }
+    }
+
+    /// Drops what was made for frame `number`: some of it may be an object wgpu could not make.
+    pub(super) fn forget(&mut self, number: u64) {
+        for objects in self.objects.values_mut() {
+            objects.retain(|pooled| pooled.first_frame != number);
+        }
+        self.objects.retain(|_, objects| !objects.is_empty());
     }
 
     /// Drops what no recent frame used.

@@ -529,6 +529,7 @@ fn memory_does_not_grow_over_frames() {
 fn a_lost_device_is_an_error() {
     let Some(gpu) = Gpu::for_tests() else { return };
     let mut executor = Executor::new(&gpu);
+    let mut second = Executor::new(&gpu);
     let frame = || {
         let mut graph = Graph::new("lost");
         let mut a = graph.buffer("a", BufferDesc::words(4));
@@ -541,7 +542,27 @@ fn a_lost_device_is_an_error() {
     for _ in 0..3 {
         let error = executor.execute(frame()).unwrap_err();
         assert!(matches!(error, GraphError::DeviceLost { .. }), "{error}");
+        let error = second.execute(frame()).unwrap_err();
+        assert!(matches!(error, GraphError::DeviceLost { .. }), "every executor of the device knows: {error}");
     }
+}
+
+#[test]
+fn a_device_lost_during_a_frame_is_an_error() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut executor = Executor::new(&gpu);
+    let device = gpu.device.clone();
+    let mut graph = Graph::new("lost on the way");
+    let mut a = graph.buffer("a", BufferDesc::words(4));
+    graph.clear_buffer(&mut a);
+    graph.closure("pulls the plug").read(&a).side_effect().record(move |_| {
+        device.destroy();
+        Ok(())
+    });
+    graph.compute(&fill()).params(&amount(0.0)).write("words", &mut a).heavy().dispatch_1d(4);
+    graph.readback_buffer(&a);
+    let error = executor.execute(graph).unwrap_err();
+    assert!(matches!(error, GraphError::DeviceLost { .. }), "{error}");
 }
 
 #[test]
@@ -683,4 +704,29 @@ fn an_empty_frame_and_an_empty_dispatch_are_fine() {
     assert_eq!(output.cast::<u32>(read), [0; 4]);
     let other = executor.execute(Graph::new("empty")).unwrap();
     assert!(other.bytes(read).is_empty(), "a readback belongs to its frame");
+}
+
+#[test]
+fn running_out_of_memory_is_an_error() {
+    let Some(mut executor) = executor() else { return };
+    let paint = ComputeShader::from_wgsl(
+        "paint",
+        "@group(0) @binding(0) var image: texture_storage_2d_array<rgba32float, write>;
+        @compute @workgroup_size(1) fn paint() { textureStore(image, vec2u(0u), 0u, vec4f(1.0)); }",
+    )
+    .unwrap();
+    // 256 GiB: within every single limit, beyond every device. The second time must not find the failed object.
+    for _ in 0..2 {
+        let mut graph = Graph::new("huge");
+        let mut image = graph.texture("image", TextureDesc::new_2d([8192, 8192], TextureFormat::Rgba32Float).layers(256));
+        graph.compute(&paint).write("image", &mut image).dispatch([1, 1, 1]);
+        graph.keep(&image);
+        let error = executor.execute(graph).unwrap_err();
+        assert!(matches!(&error, GraphError::OutOfMemory { bytes: 0, .. }), "{error}");
+    }
+    let mut graph = Graph::new("small");
+    let mut a = graph.buffer("a", BufferDesc::words(4));
+    graph.clear_buffer(&mut a);
+    let read = graph.readback_buffer(&a);
+    assert_eq!(executor.execute(graph).unwrap().cast::<u32>(read), [0; 4], "the executor still works");
 }

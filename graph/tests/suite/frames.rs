@@ -159,6 +159,16 @@ fn a_shipped_renderers_frame_meets_its_numbers() {
     let plan = plan(&declaration, &options).unwrap();
     let mib = |bytes: u64| (bytes as f64 / f64::from(1 << 20) * 10.0).round() / 10.0;
     let memory = plan.memory;
+    let mut times: Vec<u128> = (0..50)
+        .map(|_| {
+            let started = std::time::Instant::now();
+            let again = lightloom_graph::plan(&declaration, &options).unwrap();
+            assert_eq!(again, plan, "planning is deterministic");
+            started.elapsed().as_micros()
+        })
+        .collect();
+    times.sort_unstable();
+    println!("planned in {} µs (median of 50)", times[25]);
     println!(
         "unshared {} MiB, live {}, pooled {}, placed {}; {} passes run, {} culled: {:?}",
         mib(memory.unshared_bytes),

@@ -509,6 +509,11 @@ shader_refusals! {
     shader_constant_nan: shader("override n: f32 = 1;\n@compute @workgroup_size(1) fn a() { _ = n; }").unwrap().with_constant("n", f64::NAN) => Constant, ["finite"];
     shader_slot: shader("@group(0) @binding(0) var<storage> x: array<u32>;\n@group(0) @binding(0) var<storage> y: array<u32>;\n@compute @workgroup_size(1) fn a() { _ = x[0] + y[0]; }")
         => Validation, ["a.wgsl"];
+    shader_slot_across_stages: RasterShader::from_wgsl("a", "@group(0) @binding(0) var<storage> x: array<f32>;
+        @group(0) @binding(0) var<storage> y: array<f32>;
+        struct Output { @location(0) color: vec4f }
+        @vertex fn a_vertex() -> @builtin(position) vec4f { return vec4f(x[0]); }
+        @fragment fn a_fragment() -> Output { return Output(vec4f(y[0])); }") => SameSlot, ["a:2", "`y`", "`x`", "@group(0) @binding(0)"];
     shader_unsupported: shader("@group(0) @binding(0) var s: sampler_comparison; @group(0) @binding(1) var t: texture_depth_2d;
         @compute @workgroup_size(1) fn a() { _ = textureSampleCompareLevel(t, s, vec2f(0.0), 0.0); }") => Unsupported, ["a.wgsl:3", "`s`", "comparison sampler"];
     shader_output: RasterShader::from_wgsl("a", "@vertex fn a_vertex() -> @builtin(position) vec4f { return vec4f(0.0); }
