@@ -7,7 +7,7 @@ use crate::{
     reflect::{Binding, BindingKind},
     shader::ShaderCore,
 };
-use std::{collections::HashMap, rc::Rc};
+use std::{collections::HashMap, sync::Arc};
 
 /// Pipelines kept however old they are; beyond that, those idle for [`IDLE_FRAMES`] go.
 const KEPT: usize = 256;
@@ -16,8 +16,8 @@ const IDLE_FRAMES: u64 = 64;
 /// Compiled pipelines and samplers.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
-    compute: HashMap<ShaderCore, (Rc<Compute>, u64)>,
-    raster: HashMap<RasterKey, (Rc<Raster>, u64)>,
+    compute: HashMap<ShaderCore, (Arc<Compute>, u64)>,
+    raster: HashMap<RasterKey, (Arc<Raster>, u64)>,
     samplers: HashMap<Sampler, wgpu::Sampler>,
 }
 
@@ -51,10 +51,10 @@ pub(super) struct Raster {
 }
 
 impl Pipelines {
-    pub(super) fn compute(&mut self, gate: &Gate, shader: &ComputeShader, frame: u64) -> Result<Rc<Compute>, GraphError> {
+    pub(super) fn compute(&mut self, gate: &Gate, shader: &ComputeShader, frame: u64) -> Result<Arc<Compute>, GraphError> {
         if let Some((found, last)) = self.compute.get_mut(&shader.core) {
             *last = frame;
-            return Ok(Rc::clone(found));
+            return Ok(Arc::clone(found));
         }
         let core = &shader.core;
         let made = gate.scoped(&format!("compiling `{}`", core.label), 0, || {
@@ -69,9 +69,9 @@ impl Pipelines {
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
                 cache: None,
             });
-            Ok(Rc::new(Compute { pipeline, layouts }))
+            Ok(Arc::new(Compute { pipeline, layouts }))
         })?;
-        self.compute.insert(core.clone(), (Rc::clone(&made), frame));
+        self.compute.insert(core.clone(), (Arc::clone(&made), frame));
         Ok(made)
     }
 
@@ -81,7 +81,7 @@ impl Pipelines {
         shader: &RasterShader,
         formats: Formats,
         frame: u64,
-    ) -> Result<Rc<Raster>, GraphError> {
+    ) -> Result<Arc<Raster>, GraphError> {
         let key = RasterKey {
             core: shader.core.clone(),
             cull: shader.cull,
@@ -91,7 +91,7 @@ impl Pipelines {
         };
         if let Some((found, last)) = self.raster.get_mut(&key) {
             *last = frame;
-            return Ok(Rc::clone(found));
+            return Ok(Arc::clone(found));
         }
         let core = &shader.core;
         let made = gate.scoped(&format!("compiling `{}`", core.label), 0, || {
@@ -138,9 +138,9 @@ impl Pipelines {
                 multiview_mask: None,
                 cache: None,
             });
-            Ok(Rc::new(Raster { pipeline, layouts }))
+            Ok(Arc::new(Raster { pipeline, layouts }))
         })?;
-        self.raster.insert(key, (Rc::clone(&made), frame));
+        self.raster.insert(key, (Arc::clone(&made), frame));
         Ok(made)
     }
 

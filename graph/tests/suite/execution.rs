@@ -730,3 +730,13 @@ fn running_out_of_memory_is_an_error() {
     let read = graph.readback_buffer(&a);
     assert_eq!(executor.execute(graph).unwrap().cast::<u32>(read), [0; 4], "the executor still works");
 }
+
+#[test]
+fn an_executor_can_move_to_another_thread() {
+    fn movable<T: Send>(value: T) -> T {
+        value
+    }
+    let Some(mut executor) = executor().map(movable) else { return };
+    let passes = std::thread::spawn(move || executor.execute(Graph::new("elsewhere")).unwrap().passes.len()).join().unwrap();
+    assert_eq!(passes, 0);
+}
