@@ -16,6 +16,8 @@ use lightloom_strategies::{Exact, FrameInputs, HashGrid, Strategy, Tiled};
 pub struct Lab {
     /// The device.
     pub gpu: Gpu,
+    /// The shaders.
+    pub sources: WgslSources,
     /// Runs the frames.
     pub executor: Executor,
     visibility: Visibility,
@@ -104,25 +106,22 @@ pub fn strategies(sources: &WgslSources, r_min: f32, r_max: f32) -> Vec<Box<dyn 
 
 impl Lab {
     /// The lab on the test adapter; `None`, with a message, where there is none.
-    pub fn open() -> Option<Self> {
-        Some(Self::with_gpu(Gpu::for_tests()?, &shaders()))
-    }
-
-    /// The lab on a device of the caller's, with the shaders of `sources`.
     ///
     /// # Panics
     /// If a shader is invalid.
-    pub fn with_gpu(gpu: Gpu, sources: &WgslSources) -> Self {
-        Self {
+    pub fn open() -> Option<Self> {
+        let (gpu, sources) = (Gpu::for_tests()?, shaders());
+        Some(Self {
             executor: Executor::new(&gpu),
-            visibility: Visibility::new(sources).expect("visibility.wgsl is valid"),
-            gbuffer: GBufferPass::new(sources).expect("gbuffer.wgsl is valid"),
-            direct: DirectLight::new(sources).expect("direct.wgsl is valid"),
-            path: PathTrace::new(sources).expect("path_trace.wgsl is valid"),
-            tracing: PhotonTracing::new(sources).expect("photon_trace.wgsl is valid"),
-            rays: TraceRays::new(sources).expect("trace_rays.wgsl is valid"),
+            visibility: Visibility::new(&sources).expect("visibility.wgsl is valid"),
+            gbuffer: GBufferPass::new(&sources).expect("gbuffer.wgsl is valid"),
+            direct: DirectLight::new(&sources).expect("direct.wgsl is valid"),
+            path: PathTrace::new(&sources).expect("path_trace.wgsl is valid"),
+            tracing: PhotonTracing::new(&sources).expect("photon_trace.wgsl is valid"),
+            rays: TraceRays::new(&sources).expect("trace_rays.wgsl is valid"),
             gpu,
-        }
+            sources,
+        })
     }
 
     /// The scene in GPU memory.

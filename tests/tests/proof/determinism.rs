@@ -20,7 +20,7 @@ fn one_seed_gives_the_same_photons_in_the_same_order() {
         let first = lab.photons(&gpu_scene, &settings);
         let second = lab.photons(&gpu_scene, &settings);
         assert_eq!(first.state, second.state, "{}: counts and ledger", scene.name);
-        assert!(first.records.len() > 40_000, "{}: {} records", scene.name, first.records.len());
+        assert!(first.records.len() > 30_000, "{}: {} records", scene.name, first.records.len());
         let bytes = [&first, &second].map(|traced| bytemuck::cast_slice::<_, u8>(&traced.records));
         assert!(bytes[0] == bytes[1], "{}: the records differ", scene.name);
 
@@ -36,7 +36,7 @@ fn deterministic_images_are_equal_bit_for_bit() {
     let scene = builtin::caustics();
     let gpu_scene = lab.upload(&scene);
     let view = View::new(scene.cameras[0].clone(), [96, 54]);
-    let mut all = strategies(&lightloom_passes::shaders(), 0.04, 0.12);
+    let mut all = strategies(&lab.sources, 0.04, 0.12);
     let frame = Frame { photons: settings(30_000, 5, 3), deterministic: true };
     let first = lab.estimate(&gpu_scene, &view, frame, &mut all);
     for round in 0..3 {

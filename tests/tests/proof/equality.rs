@@ -29,7 +29,7 @@ fn assert_equal(what: &str, estimates: &Estimates, all: &[Box<dyn Strategy>], r_
     let reach = within_reach(estimates, r_max * 1.0001);
     let most = reach.iter().copied().max().unwrap_or(0);
     let lit = estimates.layers[0][0].pixels.iter().filter(|p| p[1] > 0.0).count();
-    assert!(lit * 2 > reach.len(), "{what}: only {lit} of {} pixels are lit", reach.len());
+    assert!(lit * 4 > reach.len(), "{what}: only {lit} of {} pixels are lit", reach.len());
     assert!((20..400).contains(&most), "{what}: up to {most} photons a pixel");
     for (strategy, layers) in all.iter().zip(&estimates.layers).skip(1) {
         let mut worst = 0.0_f64;
@@ -57,7 +57,7 @@ fn check(lab: &mut Lab, scene: &Scene, emitted: u32, radius: f32) {
     let view = View::new(scene.cameras[0].clone(), [80, 45]);
     let frame = Frame { photons: settings(emitted, 5, 21), deterministic: false };
     for (kind, r_min) in [("constant radius", radius), ("varying radii", 0.3 * radius)] {
-        let mut all = strategies(&lightloom_passes::shaders(), r_min, radius);
+        let mut all = strategies(&lab.sources, r_min, radius);
         let estimates = lab.estimate(&gpu_scene, &view, frame, &mut all);
         assert_eq!(estimates.traced.state.dropped, 0, "every photon is stored");
         assert_equal(&format!("{}, {kind}", scene.name), &estimates, &all, radius);
@@ -79,7 +79,7 @@ fn tiled_and_hash_grid_equal_exact_among_caustics() {
 #[test]
 fn tiled_and_hash_grid_equal_exact_in_the_shared_scenes() {
     let Some(mut lab) = Lab::open() else { return };
-    for (name, radius) in [("cornell_point", 0.3), ("caustics_point", 0.25), ("sponza", 0.7)] {
+    for (name, radius) in [("cornell_point", 0.3), ("caustics_point", 0.25), ("sponza", 1.2)] {
         let Some(path) = scene_path(name) else { return };
         let mut scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
         scene.make_lambert();

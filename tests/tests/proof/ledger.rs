@@ -17,7 +17,8 @@ fn flux_balances_to_the_last_bit() {
         let ledger = state.flux_ledger();
         println!("{name}: {ledger:?}");
         assert!(ledger.balances(), "{name}: {ledger:?}");
-        for kind in [ledger.emitted, ledger.absorbed, ledger.terminated] {
+        // On grey walls roulette does all the absorbing, and says so under `terminated`.
+        for kind in [Some(ledger.emitted), Some(ledger.terminated), (!closed).then_some(ledger.absorbed)].into_iter().flatten() {
             assert!(kind.iter().all(|&flux| flux > 0), "{name}: {ledger:?}");
         }
         // What was emitted is the lights' flux: rounding to whole units, of which a photon has about 2²⁰, is the only error
@@ -38,10 +39,10 @@ fn flux_balances_to_the_last_bit() {
 
 #[test]
 fn a_full_store_counts_what_it_drops_and_changes_nothing_else() {
-    const CAPACITY: u32 = 50_001;
+    const CAPACITY: u32 = 30_001;
     let Some(mut lab) = Lab::open() else { return };
     let gpu_scene = lab.upload(&builtin::cornell());
-    // Two batches, the store is full within the first.
+    // Two batches; the store is full within the first.
     let roomy = settings(100_000, 4, 9);
     let whole = lab.photons(&gpu_scene, &roomy);
     let tight = lab.photons(&gpu_scene, &PhotonSettings { capacity: CAPACITY, ..roomy });

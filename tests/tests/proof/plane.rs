@@ -63,7 +63,7 @@ fn fields_of_first_degree_are_exact_and_of_second_degree_off_by_the_moment() {
         let (bowl, saddle) = (i * i + i + j * j + j, i * i + i - j * j - j);
         [(20_000 + 100 * i + 60 * j) as u32, BASE + bowl as u32, (20_000 + saddle) as u32]
     });
-    let mut all = strategies(&lightloom_passes::shaders(), RADIUS as f32, RADIUS as f32);
+    let mut all = strategies(&lab.sources, RADIUS as f32, RADIUS as f32);
     let estimates = VIEW.irradiance(&mut lab, &scene, &photons, &mut all);
     let quadrature = kernel::lattice_error(RADIUS, SPACING);
     let (mut points, mut worst) = (0, 0.0_f64);
@@ -111,7 +111,7 @@ fn even_light_is_flux_per_area_and_half_of_it_on_a_straight_edge() {
     let scene = lab.upload(&builtin::plane(8.0));
     // Light for x > 0 only. The edge x = 0 is half a spacing from the first column: a line of symmetry of the lattice.
     let photons = lattice(|i, _| if i >= 0 { [VALUE; 3] } else { [0; 3] });
-    let mut all = strategies(&lightloom_passes::shaders(), RADIUS as f32, RADIUS as f32);
+    let mut all = strategies(&lab.sources, RADIUS as f32, RADIUS as f32);
     let estimates = VIEW.irradiance(&mut lab, &scene, &photons, &mut all);
     let flux_per_area = irradiance(f64::from(VALUE));
     let bound = flux_per_area * (kernel::lattice_error(RADIUS, SPACING) + ROUNDING);

@@ -12,8 +12,9 @@ fn module(path: &str) -> Module {
     let flat = shaders().flatten(path).unwrap_or_else(|error| panic!("{error}"));
     let module =
         naga::front::wgsl::parse_str(flat.source()).unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
-    // No capability beyond WebGPU's.
-    let validated = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+    // No capability beyond WebGPU's, to which `pack2x16float` belongs.
+    let webgpu = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+    let validated = Validator::new(ValidationFlags::all(), webgpu).validate(&module);
     validated.unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
     module
 }
