@@ -2,18 +2,19 @@
 //
 // [MML13]: "Toward practical real-time photon mapping", Mara, McGuire and Luebke, I3D 2013.
 //
-// 256 photons of 32 bytes and their radii take 9 KiB, within WebGPU's 16 KiB.
+// 256 photons of 32 bytes and their spheres take 12 KiB, within WebGPU's 16 KiB.
 #import "shared/radiance_sum.wgsl"
 
 const PHOTON_BLOCK: u32 = 256u;
 
 var<workgroup> photon_block: array<Photon, PHOTON_BLOCK>;
-var<workgroup> radius_block: array<f32, PHOTON_BLOCK>;
+// Position (m) and radius (m) together: all that most pairs of pixel and photon need.
+var<workgroup> sphere_block: array<vec4f, PHOTON_BLOCK>;
 
 // Puts a photon into the block; a barrier must follow before the block is gathered.
 fn load_block_photon(place: u32, photon: Photon, r_min: f32, r_max: f32) {
     photon_block[place] = photon;
-    radius_block[place] = photon_radius(photon, r_min, r_max);
+    sphere_block[place] = vec4f(photon.position, photon_radius(photon, r_min, r_max));
 }
 
 // Adds the first `count` photons of the block to `sum`, in their order.
@@ -25,14 +26,14 @@ fn gather_block(sum: ptr<function, RadianceSum>, point: VisiblePoint, count: u32
         var near = 0u;
         let batch = min(32u, count - first);
         for (var i = 0u; i < batch; i++) {
-            let offset = photon_block[first + i].position - point.position;
-            let radius = radius_block[first + i];
-            near |= select(0u, 1u << i, dot(offset, offset) < radius * radius);
+            let sphere = sphere_block[first + i];
+            let offset = sphere.xyz - point.position;
+            near |= select(0u, 1u << i, dot(offset, offset) < sphere.w * sphere.w);
         }
         while near != 0u {
             let i = first + firstTrailingBit(near);
             near &= near - 1u;
-            add_photon(sum, point, photon_block[i], radius_block[i]);
+            add_photon(sum, point, photon_block[i], sphere_block[i].w);
         }
     }
 }
