@@ -72,6 +72,30 @@ pub struct Pixels {
 }
 
 impl Pixels {
+    /// Each 2 × 2 block of independent pixels averaged.
+    pub fn halved(&self) -> Self {
+        Self {
+            mean: self.mean.halved(|four| four.iter().sum::<f64>() / 4.0),
+            standard_error: self.standard_error.halved(|four| four.iter().map(|e| e * e).sum::<f64>().sqrt() / 4.0),
+        }
+    }
+
+    /// The same with each standard error replaced by the root mean square over the 3 × 3 pixels around it that `counts` has. A
+    /// pixel that happened to miss rare bright paths is too dark *and* believes itself too sure; its neighbours know better.
+    pub fn pooled(&self, counts: &[bool]) -> Self {
+        let [width, height] = self.mean.size;
+        let around = |i: u32, side: u32| i.saturating_sub(1)..(i + 2).min(side);
+        let pool = |i: u32| {
+            let (x, y) = (i % width, i / width);
+            let near = around(y, height).flat_map(|v| around(x, width).map(move |u| (u, v)));
+            let errors: Vec<[f64; 3]> =
+                near.filter(|&(u, v)| counts[(v * width + u) as usize]).map(|(u, v)| self.standard_error.at(u, v)).collect();
+            [0, 1, 2].map(|c| (errors.iter().map(|e| e[c] * e[c]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
+        };
+        let pixels = (0..width * height).map(pool).collect();
+        Self { mean: self.mean.clone(), standard_error: Image { size: self.mean.size, pixels } }
+    }
+
     /// Mean over pixels of the channel means, and its standard error: pixels are independent.
     pub fn grey(&self) -> Mean {
         let count = self.mean.pixels.len() as f64;
@@ -167,6 +191,18 @@ mod tests {
         }
         let pixels = sums.finish();
         assert_eq!(pixels.grey(), mean, "one pixel is one measurement");
+    }
+
+    #[test]
+    fn errors_of_blocks_and_neighbourhoods() {
+        let image = |values: &[f64]| Image { size: [2, 2], pixels: values.iter().map(|&x| [x; 3]).collect() };
+        let pixels = Pixels { mean: image(&[1.0, 2.0, 3.0, 6.0]), standard_error: image(&[3.0, 1.0, 1.0, 5.0]) };
+        let halved = pixels.halved();
+        assert_eq!(halved.mean.pixels, [[3.0; 3]], "mean of four");
+        assert_eq!(halved.standard_error.pixels, [[1.5; 3]], "root of 36 over 4");
+        let pooled = pixels.pooled(&[true, true, true, false]);
+        assert_eq!(pooled.standard_error.pixels[0], [(11.0_f64 / 3.0).sqrt(); 3], "without the fourth");
+        assert_eq!(pooled.mean, pixels.mean, "means stay");
     }
 
     #[test]

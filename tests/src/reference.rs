@@ -1,26 +1,53 @@
 //! Pictures by an independent renderer, beside the workspace or where `LIGHTLOOM_SHARED` points.
 
-use crate::Image;
+use crate::{Image, Pixels};
 use lightloom_passes::scene::Scene;
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// One scene with its reference pictures, averaged over 2 × 2 pixels: pixels are box-filtered areas, so that the average is
-/// the picture at half the size, exactly.
+/// One scene with its reference pictures.
 #[derive(Debug)]
 pub struct Reference {
     /// The scene as given.
     pub scene: Scene,
-    /// Width and height of the pictures (pixels).
-    pub size: [u32; 2],
-    /// Radiance, all light.
-    pub radiance: Image,
-    /// Its standard error.
-    pub standard_error: Image,
-    /// Which pixels lie inside one smooth, non-specular surface.
-    pub smooth: Vec<bool>,
+    /// Radiance, all light, and its standard error.
+    pub radiance: Pixels,
+    /// Pixels inside one smooth, non-specular surface.
+    pub smooth: Smooth,
     folder: PathBuf,
     name: String,
+    halvings: u32,
+}
+
+/// A set of pixels: those inside one smooth, non-specular surface.
+#[derive(Clone, Debug)]
+pub struct Smooth {
+    size: [u32; 2],
+    /// Whether each pixel is in the set, rows from the top.
+    pub pixels: Vec<bool>,
+}
+
+impl Smooth {
+    /// Blocks of 2 × 2 pixels all of which are in the set.
+    pub fn halved(&self) -> Self {
+        let size = self.size.map(|side| side / 2);
+        let at = |x: u32, y: u32| self.pixels[(y * self.size[0] + x) as usize];
+        let block = |i: u32| {
+            let (x, y) = (2 * (i % size[0]), 2 * (i / size[0]));
+            at(x, y) && at(x + 1, y) && at(x, y + 1) && at(x + 1, y + 1)
+        };
+        Self { size, pixels: (0..size[0] * size[1]).map(block).collect() }
+    }
+
+    /// The pixels of `image` that are in the set.
+    pub fn of<'a>(&'a self, image: &'a Image) -> impl Iterator<Item = &'a [f64; 3]> + Clone {
+        image.pixels.iter().zip(&self.pixels).filter(|(_, smooth)| **smooth).map(|(pixel, _)| pixel)
+    }
+
+    /// Mean of the channels over the set.
+    pub fn mean(&self, image: &Image) -> f64 {
+        self.of(image).flatten().sum::<f64>() / (3 * self.of(image).count()) as f64
+    }
 }
 
 /// The folder of the scenes; `None` where they are not present.
@@ -31,68 +58,45 @@ fn folder() -> Option<PathBuf> {
 }
 
 /// The path of a shared scene; `None`, with a message, where it is not present.
-///
-/// # Panics
-/// If `LIGHTLOOM_REQUIRE` is set and the scene is not there.
 pub fn scene_path(name: &str) -> Option<PathBuf> {
     let path = folder().map(|folder| folder.join(format!("{name}.glb"))).filter(|path| path.is_file());
     if path.is_none() {
-        let why = format!("the scene {name}.glb is not in the folder `scenes` of LIGHTLOOM_SHARED or ../shared");
-        assert!(env::var_os("LIGHTLOOM_REQUIRE").is_none(), "{why}, and LIGHTLOOM_REQUIRE is set");
-        println!("SKIPPED: {why}");
+        println!("SKIPPED: the scene {name}.glb is not in the folder `scenes` of LIGHTLOOM_SHARED or ../shared");
     }
     path
 }
 
 impl Reference {
-    /// Loads `name`; `None`, with a message, where it is not present.
+    /// Loads `name`, its pictures averaged over 2 × 2 pixels `halvings` times: pixels are box-filtered areas, so that the average is
+    /// the picture at a smaller size, exactly. `None`, with a message, where it is not present.
     ///
     /// # Panics
     /// If what is present cannot be read.
-    pub fn load(name: &str) -> Option<Self> {
+    pub fn load(name: &str, halvings: u32) -> Option<Self> {
         let path = scene_path(name)?;
         let folder = path.parent()?.to_path_buf();
         let scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
         let mask = image::open(folder.join(format!("{name}_mask.png"))).expect("the mask is a PNG").to_luma8();
-        let size = [mask.width() / 2, mask.height() / 2];
-        let is_smooth = |x: u32, y: u32| mask.get_pixel(x, y).0[0] == 255;
-        let smooth = (0..size[0] * size[1])
-            .map(|i| (2 * (i % size[0]), 2 * (i / size[0])))
-            .map(|(x, y)| is_smooth(x, y) && is_smooth(x + 1, y) && is_smooth(x, y + 1) && is_smooth(x + 1, y + 1))
-            .collect();
-        let [radiance, error] = [String::new(), "_stderr".to_owned()].map(|part| picture(&folder, name, &part));
-        Some(Self {
-            scene,
-            size,
-            radiance: radiance.halved(average),
-            // Errors of a mean of four independent pixels.
-            standard_error: error.halved(|four| four.iter().map(|e| e * e).sum::<f64>().sqrt() / 4.0),
-            smooth,
-            folder,
-            name: name.to_owned(),
-        })
+        let size = [mask.width(), mask.height()];
+        let mut smooth = Smooth { size, pixels: mask.pixels().map(|pixel| pixel.0[0] == 255).collect() };
+        let [mean, standard_error] = ["", "_stderr"].map(|part| picture(&folder, name, part));
+        let mut radiance = Pixels { mean, standard_error };
+        for _ in 0..halvings {
+            (smooth, radiance) = (smooth.halved(), radiance.halved());
+        }
+        Some(Self { scene, radiance, smooth, folder, name: name.to_owned(), halvings })
+    }
+
+    /// Width and height of the pictures (pixels).
+    pub fn size(&self) -> [u32; 2] {
+        self.radiance.mean.size
     }
 
     /// Another picture of the scene, `part` its suffix such as `_indirect`.
     pub fn part(&self, part: &str) -> Image {
-        picture(&self.folder, &self.name, part).halved(average)
+        let average = |four: [f64; 4]| four.iter().sum::<f64>() / 4.0;
+        (0..self.halvings).fold(picture(&self.folder, &self.name, part), |image, _| image.halved(average))
     }
-
-    /// Mean of the channels over the smooth pixels.
-    pub fn smooth_mean(&self, image: &Image) -> f64 {
-        let smooth = self.smooth_pixels(image);
-        let count = smooth.clone().count() as f64;
-        smooth.map(|p| p.iter().sum::<f64>() / 3.0).sum::<f64>() / count
-    }
-
-    /// The smooth pixels of `image`.
-    pub fn smooth_pixels<'a>(&'a self, image: &'a Image) -> impl Iterator<Item = &'a [f64; 3]> + Clone {
-        image.pixels.iter().zip(&self.smooth).filter(|(_, smooth)| **smooth).map(|(pixel, _)| pixel)
-    }
-}
-
-fn average(four: [f64; 4]) -> f64 {
-    four.iter().sum::<f64>() / 4.0
 }
 
 fn picture(folder: &Path, name: &str, part: &str) -> Image {

@@ -79,10 +79,10 @@ fn tiled_and_hash_grid_equal_exact_among_caustics() {
 #[test]
 fn tiled_and_hash_grid_equal_exact_in_the_shared_scenes() {
     let Some(mut lab) = Lab::open() else { return };
-    for (name, radius) in [("cornell_point", 0.3), ("caustics_point", 0.25), ("sponza", 1.2)] {
+    for (name, emitted, radius) in [("cornell_point", 20_000, 0.3), ("caustics_point", 20_000, 0.25), ("sponza", 30_000, 3.0)] {
         let Some(path) = scene_path(name) else { return };
         let mut scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
         scene.make_lambert();
-        check(&mut lab, &scene, 20_000, radius);
+        check(&mut lab, &scene, emitted, radius);
     }
 }
