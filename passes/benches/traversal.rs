@@ -26,10 +26,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu_scene = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
     let bvh = Bvh::build(&scene.name, &scene.triangles)?;
     let stats = bvh.stats();
-    println!("{}: {} triangles, {} nodes, built in {:.0} ms; {}", scene.name, stats.triangles, stats.nodes, stats.build_time.as_secs_f64() * 1e3, gpu.adapter_name());
+    println!(
+        "{}: {} triangles, {} nodes, built in {:.0} ms; {}",
+        scene.name,
+        stats.triangles,
+        stats.nodes,
+        stats.build_time.as_secs_f64() * 1e3,
+        gpu.adapter_name()
+    );
 
     let coherent = camera_rays(&scene)?;
-    let mut bench = Bench { executor: Executor::new(&gpu), pass: TraceRays::new(&lightloom_passes::shaders())?, scene: &gpu_scene };
+    let mut bench =
+        Bench { executor: Executor::new(&gpu), pass: TraceRays::new(&lightloom_passes::shaders())?, scene: &gpu_scene };
     println!("{:<10} {:>12} {:>12} {:>8} {:>10}", "rays", "WGSL Mray/s", "CPU Mray/s", "ratio", "agreeing");
     let hits = bench.compare("coherent", &bvh, &coherent)?;
     let diffuse = bounce_rays(&scene, &coherent, &hits);
@@ -89,7 +97,12 @@ impl Bench<'_> {
         let hits = self.pass.add(&mut graph, &scene, &handle, rays.len() as u32);
         let readback = graph.readback_buffer(&hits);
         let output = self.executor.execute(graph)?;
-        let ms = output.passes.iter().find(|pass| pass.name == "trace_rays").and_then(|pass| pass.gpu_ms).ok_or("the adapter has no timestamps")?;
+        let ms = output
+            .passes
+            .iter()
+            .find(|pass| pass.name == "trace_rays")
+            .and_then(|pass| pass.gpu_ms)
+            .ok_or("the adapter has no timestamps")?;
         Ok((output.cast(readback), ms))
     }
 }
@@ -147,7 +160,8 @@ fn trace_on_cpu(bvh: &Bvh, rays: &[Ray]) -> Vec<u32> {
         bvh.closest_hit(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max).map_or(RayHit::NONE, |hit| hit.triangle)
     };
     std::thread::scope(|scope| {
-        let parts: Vec<_> = rays.chunks(chunk).map(|part| scope.spawn(move || part.iter().map(trace).collect::<Vec<_>>())).collect();
+        let parts: Vec<_> =
+            rays.chunks(chunk).map(|part| scope.spawn(move || part.iter().map(trace).collect::<Vec<_>>())).collect();
         parts.into_iter().flat_map(|part| part.join().unwrap_or_default()).collect()
     })
 }

@@ -24,7 +24,13 @@ impl Compose {
     }
 
     /// Declares the pass. Returns `direct + indirect` (W·m⁻²·sr⁻¹).
-    pub fn add(&self, graph: &mut Graph<'_>, size: [u32; 2], direct: &Handle<Texture>, indirect: &Handle<Texture>) -> Handle<Texture> {
+    pub fn add(
+        &self,
+        graph: &mut Graph<'_>,
+        size: [u32; 2],
+        direct: &Handle<Texture>,
+        indirect: &Handle<Texture>,
+    ) -> Handle<Texture> {
         let mut sum = graph.texture("final", radiance_desc(size));
         graph
             .compute(&self.shader)

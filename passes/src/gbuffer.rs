@@ -37,7 +37,13 @@ impl GBufferPass {
     }
 
     /// Declares the pass.
-    pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, camera: &CameraUniform, visibility: &Handle<Texture>) -> GBuffer {
+    pub fn add(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &SceneHandles,
+        camera: &CameraUniform,
+        visibility: &Handle<Texture>,
+    ) -> GBuffer {
         let mut gbuffer = GBuffer {
             position: graph.texture("gbuffer_position", radiance_desc(camera.size)),
             surface: graph.texture("gbuffer_surface", TextureDesc::new_2d(camera.size, TextureFormat::Rgba32Uint)),

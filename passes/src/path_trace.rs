@@ -76,12 +76,9 @@ impl PathTrace {
             indirect: graph.texture("path_indirect", radiance_desc(camera.size)),
             caustic: graph.texture("path_caustic", radiance_desc(camera.size)),
         };
-        let none = splats.is_none().then(|| {
-            let mut none = graph.buffer("no_splats", BufferDesc::words(1));
-            graph.clear_buffer(&mut none);
-            Splats { buffer: none, unit: 0.0 }
-        });
-        let Some(splats) = splats.or(none.as_ref()) else { return layers };
+        let mut none = graph.buffer("no_splats", BufferDesc::words(1));
+        graph.clear_buffer(&mut none);
+        let (splats, splat_unit) = splats.map_or((&none, 0.0), |splats| (&splats.buffer, splats.unit));
         let [width, height] = camera.size;
         let rows = (MAX_PIXELS / width.max(1)).max(1);
         let mut first_row = 0;
@@ -95,13 +92,13 @@ impl PathTrace {
                 max_bounces: settings.max_bounces,
                 first_row,
                 row_count,
-                splat_unit: splats.unit,
+                splat_unit,
                 pad0: 0,
                 pad1: 0,
             };
             scene
                 .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
-                .read("splats", &splats.buffer)
+                .read("splats", splats)
                 .write("direct", &mut layers.direct)
                 .write("indirect", &mut layers.indirect)
                 .write("caustic", &mut layers.caustic)

@@ -22,8 +22,10 @@ shader_struct! {
 /// Radiance that light tracing brought, in fixed point.
 #[derive(Debug)]
 pub struct Splats {
-    /// Six words per pixel (indirect RGB, the caustic part of it RGB), then one word that counts overflowed additions.
+    /// Six words per pixel: indirect RGB, the caustic part of it RGB.
     pub buffer: Handle<Buffer>,
+    /// One word: additions that overflowed a sum, whose pixels are too dark.
+    pub overflowed: Handle<Buffer>,
     /// Radiance (W·m⁻²·sr⁻¹) of one unit.
     pub unit: f32,
 }
@@ -50,9 +52,11 @@ impl PhotonSplat {
         photons: &Photons,
         seed: u32,
     ) -> Splats {
-        let words = u64::from(camera.size[0]) * u64::from(camera.size[1]) * 6 + 1;
+        let words = u64::from(camera.size[0]) * u64::from(camera.size[1]) * 6;
         let mut buffer = graph.buffer("splats", BufferDesc::words(words));
         graph.clear_buffer(&mut buffer);
+        let mut overflowed = graph.buffer("splats_overflowed", BufferDesc::words(1));
+        graph.clear_buffer(&mut overflowed);
         // Were the light spread over the bounding sphere, its radiance would be Φ / (4π² R²). That is 2¹⁶ units: a pixel
         // may be 65,536 times brighter before a sum overflows.
         let radius = info.bounds_radius.max(1.0e-6);
@@ -64,8 +68,9 @@ impl PhotonSplat {
             .read("photons", &photons.records)
             .read("state", &photons.state)
             .write("splats", &mut buffer)
+            .write("overflowed", &mut overflowed)
             .heavy()
             .dispatch_1d(photons.capacity);
-        Splats { buffer, unit: 1.0 / scale }
+        Splats { buffer, overflowed, unit: 1.0 / scale }
     }
 }

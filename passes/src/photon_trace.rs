@@ -131,7 +131,8 @@ impl PhotonTracing {
         let mut first = 0;
         while first < emitted {
             let count = batch.min(emitted - first);
-            let mut staging = graph.buffer("photon_staging", BufferDesc::array_of::<Photon>(u64::from(batch) * u64::from(max_bounces)));
+            let mut staging =
+                graph.buffer("photon_staging", BufferDesc::array_of::<Photon>(u64::from(batch) * u64::from(max_bounces)));
             let mut counts = graph.buffer("photon_counts", BufferDesc::words(u64::from(batch)));
             let mut offsets = graph.buffer("photon_offsets", BufferDesc::words(u64::from(batch) + 1));
             let trace = PhotonTraceParams {

@@ -21,7 +21,10 @@ impl SceneShader {
     /// The shader for scenes with `traits`.
     pub fn variant(&self, traits: SceneTraits) -> ComputeShader {
         let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
-        variants.entry(traits).or_insert_with(|| specialise(&self.general, traits).unwrap_or_else(|_| self.general.clone())).clone()
+        variants
+            .entry(traits)
+            .or_insert_with(|| specialise(&self.general, traits).unwrap_or_else(|_| self.general.clone()))
+            .clone()
     }
 }
 

@@ -30,7 +30,13 @@ impl Visibility {
 
     /// Declares the pass. The texture holds, per pixel: index into the BVH's triangles + 1 (0: nothing), barycentric
     /// weights of the second and third corner as bits, unused.
-    pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, camera: &CameraUniform, triangle_count: u32) -> Handle<Texture> {
+    pub fn add(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &SceneHandles,
+        camera: &CameraUniform,
+        triangle_count: u32,
+    ) -> Handle<Texture> {
         let mut visibility = graph.texture("visibility", TextureDesc::new_2d(camera.size, TextureFormat::Rgba32Uint));
         let mut depth = graph.texture("visibility_depth", TextureDesc::new_2d(camera.size, TextureFormat::Depth32Float));
         scene

@@ -21,15 +21,17 @@ struct PhotonSplatParams {
 @group(0) @binding(0) var<uniform> params: PhotonSplatParams;
 @group(0) @binding(1) var<storage, read> photons: array<Photon>;
 @group(0) @binding(2) var<storage, read> state: PhotonState;
-// Six words a pixel; the last word of the buffer counts additions that overflowed.
+// Six words a pixel.
 @group(0) @binding(3) var<storage, read_write> splats: array<atomic<u32>>;
+// Additions that overflowed a sum.
+@group(0) @binding(4) var<storage, read_write> overflowed: atomic<u32>;
 
 fn add(slot: u32, value: f32, dither: f32) {
     // Rounded by chance, so that sums are unbiased; bounded well below the counter.
     let fixed = u32(min(value * params.splat_scale + dither, 2.0e9));
     let before = atomicAdd(&splats[slot], fixed);
     if before + fixed < before {
-        atomicAdd(&splats[params.camera.size.x * params.camera.size.y * 6u], 1u);
+        atomicAdd(&overflowed, 1u);
     }
 }
 

@@ -54,8 +54,8 @@ fn intersect_triangle(triangle: BvhTriangle, origin: vec3f, direction: vec3f) ->
     return select(vec3f(-1.0), vec3f(t, u, v), hit);
 }
 
-// Children of a node that the ray meets before `t_max`: a bit per inner child in the top byte, a bit per triangle below.
-fn intersect_node(node: u32, origin: vec3f, inv_direction: vec3f, octant: u32, t_max: f32) -> vec4u {
+// Children of a node that the ray meets between `t_min` and `t_max`: a bit per inner child in the top byte, a bit per triangle below.
+fn intersect_node(node: u32, origin: vec3f, inv_direction: vec3f, octant: u32, t_min: f32, t_max: f32) -> vec4u {
     let base = node * 5u;
     let head = bvh_nodes[base];
     let meta_words = bvh_nodes[base + 1u];
@@ -85,7 +85,7 @@ fn intersect_node(node: u32, origin: vec3f, inv_direction: vec3f, octant: u32, t
         let near = max(max(
             select(x_low, x_high, negative.x) * scale.x + start.x,
             select(y_low, y_high, negative.y) * scale.y + start.y),
-            max(select(z_low, z_high, negative.z) * scale.z + start.z, vec4f(0.0)));
+            max(select(z_low, z_high, negative.z) * scale.z + start.z, vec4f(t_min)));
         // Widened by two ulp [Ize13], so that rounding loses no box.
         let far = min(min(
             select(x_high, x_low, negative.x) * scale.x + start.x,
@@ -105,8 +105,8 @@ fn intersect_node(node: u32, origin: vec3f, inv_direction: vec3f, octant: u32, t
     return vec4u(hits, head.w >> 24u, meta_words.x, meta_words.y);
 }
 
-// Nearest hit of the ray in (0, t_max). With `any`, the first one found: for shadow rays.
-fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
+// Nearest hit of the ray in (t_min, t_max), alpha left aside. With `any`, the first opaque one found.
+fn traverse(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any: bool) -> Hit {
     var hit = Hit(t_max, NO_HIT, vec2f(0.0));
     // A zero component becomes tiny: no infinities meet a zero in the slab test.
     let tiny = abs(direction) < vec3f(1.0e-20);
@@ -129,7 +129,7 @@ fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
             }
             let slot = (bit - 24u) ^ (octant & 0xffu);
             let child = group.x + countOneBits(inner_mask & ~(0xffffffffu << slot));
-            let found = intersect_node(child, origin, inv_direction, octant, hit.t);
+            let found = intersect_node(child, origin, inv_direction, octant, t_min, hit.t);
             group = vec2u(found.z, (found.x & 0xff000000u) | found.y);
             primitives = vec2u(found.w, found.x & 0x00ffffffu);
         } else {
@@ -141,13 +141,10 @@ fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
             let index = primitives.x + bit;
             let triangle = bvh_triangles[index];
             let tuv = intersect_triangle(triangle, origin, direction);
-            if tuv.x > 0.0 && tuv.x < hit.t {
-                let tested = SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u;
-                if !tested || !alpha_passes(triangle.id & ~ALPHA_TESTED, tuv.yz, direction) {
-                    hit = Hit(tuv.x, index, tuv.yz);
-                    if any {
-                        return hit;
-                    }
+            if tuv.x > t_min && tuv.x < hit.t {
+                hit = Hit(tuv.x, index, tuv.yz);
+                if any && !(SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u) {
+                    return hit;
                 }
             }
         }
@@ -160,6 +157,26 @@ fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
         }
     }
     return hit;
+}
+
+// Nearest hit of the ray in (0, t_max). With `any`, one hit in that range, not always the nearest: for shadow rays.
+//
+// Alpha is looked at once per traversal, not once per triangle: a ray that passes its nearest hit starts again behind it.
+// Few do, and the inner loop stays free of textures.
+fn trace_ray(origin: vec3f, direction: vec3f, t_max: f32, any: bool) -> Hit {
+    var t_min = 0.0;
+    loop {
+        let hit = traverse(origin, direction, t_min, t_max, any);
+        if !SCENE_ALPHA || hit.index == NO_HIT {
+            return hit;
+        }
+        let id = bvh_triangles[hit.index].id;
+        if (id & ALPHA_TESTED) == 0u || !alpha_passes(id & ~ALPHA_TESTED, hit.uv, direction) {
+            return hit;
+        }
+        t_min = hit.t;
+    }
+    return Hit(t_max, NO_HIT, vec2f(0.0));
 }
 
 // Whether nothing stands between `origin` and `origin + direction * t_max`.

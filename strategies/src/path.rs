@@ -11,7 +11,7 @@
 //! find; see [`PathTrace`]. Its noise falls as N^(−1/2) over frames.
 
 use crate::parameter::Assignment;
-use crate::{Estimate, FrameInputs, Parameter, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, Parameter, Stats, Strategy, StrategyError};
 use lightloom_graph::{Graph, WgslSources};
 use lightloom_passes::{PathSettings, PathTrace, PhotonSettings, PhotonSplat, PhotonTracing};
 
@@ -83,7 +83,9 @@ impl Strategy for Path {
             });
         let settings = PathSettings { seed: frame.seed, frame: frame.frame_index, max_bounces: frame.max_bounces };
         let layers = self.trace.add(graph, frame.scene, frame.info, frame.camera, splats.as_ref(), settings);
+        let stats = splats.map(|splats| Stats { buffer: splats.overflowed, names: &["splats_overflowed"] });
         Ok(Estimate {
+            stats,
             direct: Some(layers.direct),
             caustic: Some(layers.caustic),
             covers_specular: true,

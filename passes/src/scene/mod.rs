@@ -32,8 +32,8 @@ pub use camera::Camera;
 pub use error::SceneError;
 pub use light::{Light, spot_falloff};
 pub use material::{Alpha, Material};
-pub use traits::SceneTraits;
 pub use texture::{TextureData, TextureUse, Wrap};
+pub use traits::SceneTraits;
 pub use upload::{GpuScene, SceneHandles};
 
 use glam::{Vec2, Vec3};

@@ -4,6 +4,7 @@ use super::{Material, Scene};
 
 /// Which kinds of surface occur; `shared/scene_traits.wgsl`. Kernels leave out what does not: less work where threads run in
 /// lockstep, and fewer registers everywhere.
+#[expect(clippy::struct_excessive_bools, reason = "each is one override of the shaders")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SceneTraits {
     /// Some surface is not plain Lambert: GGX or a mirror.
@@ -32,7 +33,8 @@ impl SceneTraits {
                 *used = true;
             }
         }
-        let any = |test: &dyn Fn(&Material) -> bool| scene.materials.iter().zip(&used).any(|(material, &used)| used && test(material));
+        let any =
+            |test: &dyn Fn(&Material) -> bool| scene.materials.iter().zip(&used).any(|(material, &used)| used && test(material));
         Self {
             glossy: any(&|material| !material.is_lambert() && material.transmission < 1.0),
             refracts: any(&|material| material.transmission > 0.0),

@@ -71,12 +71,18 @@ impl Rendered {
         if let Some(photons) = self.photons.filter(|photons| photons.dropped > 0) {
             let PhotonReport { stored, dropped, .. } = photons;
             let all = stored + dropped;
-            self.warnings
-                .push(format!("{dropped} of {all} photon records found no room and their light is missing; emit fewer photons"));
+            self.warnings.push(format!(
+                "{dropped} of {all} photon records found no room and their light is missing; emit fewer (--photons)"
+            ));
         }
         for (name, count) in self.stats.iter().filter(|(name, count)| name.ends_with("dropped") && *count > 0) {
             self.warnings.push(format!(
                 "strategy `{strategy}`: {name} = {count}: their light is missing; raise its capacity by --set, or lower the radius"
+            ));
+        }
+        for (name, count) in self.stats.iter().filter(|(name, count)| name.ends_with("overflowed") && *count > 0) {
+            self.warnings.push(format!(
+                "strategy `{strategy}`: {name} = {count}: pixels some 65,536 times brighter than the scene at large are too dark"
             ));
         }
     }
