@@ -108,8 +108,9 @@ impl Session {
         let pipeline = find(&mut self.pipelines, job.strategy)?;
         let line = ProgressLine::new(job.label);
         // Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
-        // so that the times are those of the work.
-        let thumbnail = Settings { size: [8, 8], photons: 64, frames: settings.frames.min(2), ..settings.clone() };
+        // so that the times are those of the work. llvmpipe compiles apart for sides that are powers of two.
+        let size = settings.size.map(|side| if side.is_power_of_two() { side.min(8) } else { side.min(9) });
+        let thumbnail = Settings { size, photons: 64, frames: settings.frames.min(2), ..settings.clone() };
         pipeline.render(&mut self.executor, &self.scene, &self.camera, &thumbnail, &mut |_| cancel::flow())?;
         let start = Instant::now();
         let rendered = pipeline.render(&mut self.executor, &self.scene, &self.camera, &settings, &mut |progress| {
