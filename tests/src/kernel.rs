@@ -6,7 +6,7 @@
 //! m_k = ∫₀¹ κ u^(k+1) du = ∫₀^c (1 − v)^(k+2) / (k + 2) dv = (1 − (1 − c)^(k+3)) / ((k + 2)(k + 3))
 //! ```
 //!
-//! and the mean of s^k over the normalised kernel is M_k = r^k m_k / m₀. m₀ · 2π r² = π r² c (c²/3 − c + 1) is PHYSICS's ∫κ.
+//! and the mean of s^k over the normalised kernel is `M_k = r^k m_k / m₀`. m₀ · 2π r² = π r² c (c²/3 − c + 1) is PHYSICS's ∫κ.
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
@@ -15,12 +15,12 @@ use std::f64::consts::{PI, TAU};
 /// Height at which the cone is cut.
 pub const CUT: f64 = 0.2;
 
-/// m_k of the kernel of radius 1.
+/// `m_k` of the kernel of radius 1.
 fn radial(k: i32) -> f64 {
     (1.0 - (1.0 - CUT).powi(k + 3)) / f64::from((k + 2) * (k + 3))
 }
 
-/// M_k: mean of s^k over the normalised kernel of radius `radius` (m^k).
+/// `M_k`: mean of s^k over the normalised kernel of radius `radius` (m^k).
 pub fn moment(k: i32, radius: f64) -> f64 {
     radius.powi(k) * radial(k) / radial(0)
 }
@@ -58,8 +58,8 @@ pub fn share_in_rectangle(at: [f64; 2], size: [f64; 2], radius: f64) -> f64 {
 /// Share of the light that an evenly lit rectangle's estimates miss because kernels reach over its edges.
 ///
 /// A photon at y spreads over the whole plane; what falls outside is lost. The mean of the share inside over the rectangle R of sides
-/// a and b is ∫κ(v) |R ∩ (R + v)| dv / ab with |R ∩ (R + v)| = (a − |v_x|)(b − |v_y|). Since the mean of |v_x| is (2/π) M₁ and of
-/// |v_x v_y| is M₂/π, the loss is (2/π) M₁ (a + b)/ab − M₂/(π ab): the perimeter times M₁/π, less what corners count twice.
+/// a and b is ∫κ(u, v) |R ∩ (R + (u, v))| du dv / ab with |R ∩ (R + (u, v))| = (a − |u|)(b − |v|). Since the mean of |u| is (2/π) M₁
+/// and of |u v| is M₂/π, the loss is (2/π) M₁ (a + b)/ab − M₂/(π ab): the perimeter times M₁/π, less what corners count twice.
 pub fn boundary_loss(size: [f64; 2], radius: f64) -> f64 {
     let [a, b] = size;
     (2.0 * moment(1, radius) * (a + b) - moment(2, radius)) / (PI * a * b)

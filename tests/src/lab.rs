@@ -186,13 +186,7 @@ impl Lab {
     ///
     /// # Panics
     /// If a strategy refuses the frame.
-    pub fn estimate(
-        &mut self,
-        scene: &GpuScene,
-        view: &View,
-        frame: Frame,
-        strategies: &mut [Box<dyn Strategy>],
-    ) -> Estimates {
+    pub fn estimate(&mut self, scene: &GpuScene, view: &View, frame: Frame, strategies: &mut [Box<dyn Strategy>]) -> Estimates {
         let camera = uniform(scene, view);
         let mut graph = Graph::new("estimate");
         let handles = scene.declare(&mut graph);

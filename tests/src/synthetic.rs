@@ -9,7 +9,7 @@ use lightloom_passes::scene::{Camera, GpuScene};
 use lightloom_passes::{CameraUniform, Photon, PhotonSettings, PhotonState, Photons};
 use lightloom_strategies::Strategy;
 
-/// ε of PHYSICS's shading-normal factor (ω·n_s)/(ω·n_g + ε): even where both normals are one, light that arrives under cos θ loses
+/// ε of PHYSICS's shading-normal factor `(ω·n_s)/(ω·n_g + ε)`: even where both normals are one, light that arrives under cos θ loses
 /// ε / (cos θ + ε) of itself; light of the cosine law loses 2ε on average.
 pub const SHADING_EPSILON: f64 = 1.0e-4;
 
@@ -91,6 +91,9 @@ impl PlaneView {
     }
 
     /// Irradiance (W·m⁻², RGB) that each strategy estimates at each pixel from `photons`: π L, the surface being white.
+    ///
+    /// # Panics
+    /// If a strategy refuses the frame.
     pub fn irradiance(
         &self,
         lab: &mut Lab,

@@ -152,7 +152,10 @@ fn estimates_lose_at_the_edges_what_the_kernel_says() {
     let strip_area = over_walls_of(&|[a, b]| a * b - (a - 2.0 * radius) * (b - 2.0 * radius));
     let brightness = strip / strip_area / (flux / AREA);
     let loss = 1.0 - inside / flux;
-    println!("lost at the edges: {loss:.5}, of even light {even:.5}, strips have {brightness:.4} of the mean; {} photons", records.len());
+    println!(
+        "lost at the edges: {loss:.5}, of even light {even:.5}, strips have {brightness:.4} of the mean; {} photons",
+        records.len()
+    );
     // The loss is concentrated at the very edge, where light is a little weaker than in the strip as a whole: it changes by
     // some 10 % over a strip, and the photons' noise there is 1 %.
     assert!((loss / (even * brightness) - 1.0).abs() < 0.05, "lost {loss}, derived {}", even * brightness);

@@ -94,10 +94,17 @@ fn path_sees_radiance_one_of_which_half_is_indirect() {
 /// Six square views of 90° from the centre: together they see all of the sphere once.
 fn all_around() -> Vec<View> {
     let quarter = std::f32::consts::FRAC_PI_2;
-    [(Vec3::X, Vec3::Y), (Vec3::NEG_X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::NEG_Y, Vec3::Z), (Vec3::Z, Vec3::Y), (Vec3::NEG_Z, Vec3::Y)]
-        .into_iter()
-        .map(|(out, up)| View::new(Camera::look_at("face", Vec3::ZERO, out, up, quarter), [FACE, FACE]))
-        .collect()
+    [
+        (Vec3::X, Vec3::Y),
+        (Vec3::NEG_X, Vec3::Y),
+        (Vec3::Y, Vec3::Z),
+        (Vec3::NEG_Y, Vec3::Z),
+        (Vec3::Z, Vec3::Y),
+        (Vec3::NEG_Z, Vec3::Y),
+    ]
+    .into_iter()
+    .map(|(out, up)| View::new(Camera::look_at("face", Vec3::ZERO, out, up, quarter), [FACE, FACE]))
+    .collect()
 }
 
 /// Edge of a view of [`all_around`] (pixels).
@@ -129,7 +136,8 @@ fn stored_flux_is_half_of_all_light() {
     let gpu_scene = lab.upload(&scene());
     // Radiance of stored flux Φ spread over 4π m²: ρ/π · Φ/4π.
     let radiance = |flux: f64| 0.5 / PI * flux / (4.0 * PI);
-    let means: Vec<f64> = (0..8).map(|seed| radiance(stored(&lab.photons(&gpu_scene, &settings(60_000, BOUNCES, seed))))).collect();
+    let means: Vec<f64> =
+        (0..8).map(|seed| radiance(stored(&lab.photons(&gpu_scene, &settings(60_000, BOUNCES, seed))))).collect();
     let mean = Mean::of(&means);
     mean.assert_near(0.5, 0.0, "indirect radiance by stored flux");
     // Roulette leaves a geometric number of records, relative variance 1/(Nρ): the scatter of eight runs is that within a factor of 2

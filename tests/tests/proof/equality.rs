@@ -42,7 +42,10 @@ fn assert_equal(what: &str, estimates: &Estimates, all: &[Box<dyn Strategy>], r_
                     assert!(
                         error <= bound * sum,
                         "{what}, {}, layer {layer}, pixel {i}, channel {c}: {} where exact says {}, {} photons in reach",
-                        strategy.name(), found[c], expected[c], reach[i]
+                        strategy.name(),
+                        found[c],
+                        expected[c],
+                        reach[i]
                     );
                 }
             }

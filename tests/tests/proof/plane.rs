@@ -4,8 +4,8 @@
 //! bounded by `kernel::lattice_error`, and no noise. A photon's mantissas hold a whole number per channel; two photons in one place, the
 //! second 256 times the unit, hold any of 16 bits, so polynomial fields are represented exactly.
 //!
-//! For a field E of second degree, ∫κ(v) E(x + v) dv = E(x) + ½ Σ H_ij ∫κ v_i v_j = E(x) + M₂ ∇²E/4, since ∫κ v_i v_j = δ_ij M₂/2. For the disc of
-//! PHYSICS M₂ is r²/2, the bias r²∇²E/8; for the cone kernel M₂ = 0.4133 r².
+//! A field E of second degree with second derivatives H has ∫κ(v) E(x + v) dv = E(x) + ½ Σ H ∫κ v vᵀ = E(x) + M₂ ∇²E/4, since ∫κ v vᵀ is M₂/2
+//! times the identity. For the disc of PHYSICS M₂ is r²/2, the bias r²∇²E/8; for the cone kernel M₂ = 0.4133 r².
 
 use lightloom_passes::Photon;
 use lightloom_passes::scene::builtin;
@@ -84,15 +84,22 @@ fn fields_of_first_degree_are_exact_and_of_second_degree_off_by_the_moment() {
                 // ∇² of the bowl is 4, of the others 0.
                 let expected = [linear, bowl + kernel::moment(2, radius), saddle];
                 // The largest value within the kernel scales the quadrature's error.
-                let most = [linear + 117.0 * radius, f64::from(BASE) + (x.hypot(z) + radius).powi(2), 20_000.0 + (x.hypot(z) + radius).powi(2)];
+                let most = [
+                    linear + 117.0 * radius,
+                    f64::from(BASE) + (x.hypot(z) + radius).powi(2),
+                    20_000.0 + (x.hypot(z) + radius).powi(2),
+                ];
                 let found = image.at(column, row);
                 for c in 0..3 {
-                    let (error, bound) = ((found[c] - irradiance(expected[c])).abs(), irradiance((quadrature + ROUNDING) * most[c]));
+                    let (error, bound) =
+                        ((found[c] - irradiance(expected[c])).abs(), irradiance((quadrature + ROUNDING) * most[c]));
                     worst = worst.max(error / irradiance(expected[c]));
                     assert!(
                         error <= bound,
                         "{} at {point:?}, channel {c}: {} in place of {}, allowed {bound:e}",
-                        strategy.name(), found[c], irradiance(expected[c])
+                        strategy.name(),
+                        found[c],
+                        irradiance(expected[c])
                     );
                 }
             }
@@ -125,7 +132,11 @@ fn even_light_is_flux_per_area_and_half_of_it_on_a_straight_edge() {
             }
             on_edge += 1;
             let half = image.at(middle, row)[0];
-            assert!((half - 0.5 * flux_per_area).abs() < 0.5 * bound, "{}: {half} on the edge, Φ/A is {flux_per_area}", strategy.name());
+            assert!(
+                (half - 0.5 * flux_per_area).abs() < 0.5 * bound,
+                "{}: {half} on the edge, Φ/A is {flux_per_area}",
+                strategy.name()
+            );
             for column in 0..VIEW.size[0] {
                 // The share within the half-plane, by the same function that the closed box uses.
                 let x = VIEW.point(column, row)[0];
@@ -138,7 +149,12 @@ fn even_light_is_flux_per_area_and_half_of_it_on_a_straight_edge() {
         // Away from the line of symmetry the edge cuts the kernel, and the strip of half a spacing beside it is counted whole or not
         // at all: in a smooth field the midpoint rule's error, h²/24 · slope of the kernel's profile, of order 1/r per r.
         let cut = flux_per_area * (SPACING / RADIUS).powi(2);
-        println!("{}: worst error across the edge {:e} of Φ/A, bound {:e}", strategy.name(), monotone / flux_per_area, (bound + cut) / flux_per_area);
+        println!(
+            "{}: worst error across the edge {:e} of Φ/A, bound {:e}",
+            strategy.name(),
+            monotone / flux_per_area,
+            (bound + cut) / flux_per_area
+        );
         assert!(monotone < bound + cut, "{}: off by {monotone} across the edge", strategy.name());
     }
 }

@@ -9,7 +9,8 @@ const RAYS: u32 = 4000;
 
 /// A rational lattice over the unit interval: evenly spread, no two dimensions alike.
 fn spread(i: u32, dimension: usize) -> f64 {
-    const RATIOS: [f64; 5] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_809_4, 0.538_597_257_223_610_6, 0.461_401_575_293_1];
+    const RATIOS: [f64; 5] =
+        [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_809_4, 0.538_597_257_223_610_6, 0.461_401_575_293_1];
     (0.5 + f64::from(i) * RATIOS[dimension]).fract()
 }
 
