@@ -108,6 +108,8 @@ impl Pixels {
 }
 
 /// Sums over frames as they come, in f64 [Welford62].
+///
+/// [Welford62]: https://doi.org/10.1080/00401706.1962.10490022 "Note on a method for calculating corrected sums of squares and products, Welford, 1962"
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Accumulator {
     mean: Image,

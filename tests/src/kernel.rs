@@ -1,4 +1,4 @@
-//! The cone kernel κ(s) = min(c, 1 − s/r), c = 1/5 [MML13 Eq. 1], by itself.
+//! The cone kernel κ(s) = min(c, 1 − s/r), c = 1/5 [MML13] Eq. 1, by itself.
 //!
 //! κ is a stack of discs, κ(s) = ∫₀^c [s < r(1 − v)] dv, so with u = s/r its radial moments are
 //!

@@ -1,9 +1,11 @@
 //! `tiled` and `hash-grid` sum the same photons as `exact`, in another order: nothing but rounding may differ.
 //!
-//! A sum of n terms of one sign is rounded by at most n u S in any order, u = 2⁻²⁴ [Higham02, §4.2], so two orders differ by 2 n u S at most.
+//! A sum of n terms of one sign is rounded by at most n u S in any order, u = 2⁻²⁴ [Higham02] §4.2, so two orders differ by 2 n u S at most.
 //! Each term is computed by the same function in both, but compilers may contract or reorder its dozen operations: a few ulp
 //! each, 16 u together. n, the photons within reach of a pixel, is counted here on the CPU. A photon missed or counted twice is
 //! S/n on average: with n below 300 that is at least 50 times the bound.
+//!
+//! [Higham02]: https://doi.org/10.1137/1.9780898718027 "Accuracy and stability of numerical algorithms, Higham, 2002"
 
 use crate::determinism::settings;
 use glam::Vec3;

@@ -4,10 +4,10 @@
 //! **What is compared.** Pixels inside one smooth surface (mask 255): no edge, no specular first hit. Pictures are box-filtered areas, so
 //! averaging 2 × 2 pixels of the reference gives the reference at half the size, exactly, with half the error.
 //!
-//! **Means.** The mean of indirect light within 1 % for `path` (the bound; the noise of the mean is required to be
-//! below a third of it) and within 5 % for the strategies, which are biased.
+//! **Means.** The mean of indirect light within 1 % for `path`, whose noise there is required to be below a third of that, and within 5 %
+//! for the strategies, which are biased.
 //!
-//! **Pixels.** |x − r| ≤ 3 √(σ_x² + σ_r²) in at least 99.7 % of the pixels, x and r the means of the channels. The errors of channels are
+//! **Pixels.** |x − r| ≤ 3σ in at least 99.7 % of the pixels, x and r the means of the channels, σ² the sum of both squared errors. The errors of channels are
 //! correlated to a degree the pictures do not tell; the mean of their σ is the error of their mean if they are wholly so, and above
 //! it otherwise: exact for grey scenes.
 //! The bound is about what Gaussian errors give, 99.73 %, and path tracing near a lamp is far from Gaussian: a few paths in a thousand carry a
@@ -24,7 +24,7 @@ use lightloom_tests::reference::{Reference, Smooth};
 use lightloom_tests::{Frame, Image, Lab, Mean, Pixels, View, strategies};
 use std::ops::ControlFlow;
 
-/// Surfaces before the visible one: the light left out is below 0.73²⁴ = 5·10⁻⁴ of all, albedo being 0.73 at most.
+/// Surfaces before the visible one: with an albedo of 0.73 the light left out is below 0.73²⁴ = 5·10⁻⁴ of all.
 const BOUNCES: u32 = 24;
 
 fn settings(size: [u32; 2], frames: u32) -> Settings {
@@ -174,7 +174,7 @@ fn light_tracing_adds_what_the_reference_says() {
     // is 2 % of their light, itself known to 1.3 %/√2,900 in each mean: 1.5 % of the difference.
     assert!((ours / theirs - 1.0).abs() < 4.0 * 0.016, "light tracing brings {ours}, the reference says {theirs}");
     assert!(caustic > 0.1 * ours && caustic < ours, "the caustic layer is a part of it: {caustic} of {ours}");
-    assert!(without.1.pixels.iter().all(|p| *p == [0.0; 3]), "paths from the eye find no caustic of a point light");
+    assert!(without.1.pixels.as_flattened().iter().all(|&x| x == 0.0), "paths from the eye find no caustic of a point light");
 }
 
 /// Strategies at a quarter of the reference's size (their bias does not depend on it), all on the same photons.

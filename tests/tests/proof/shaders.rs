@@ -50,32 +50,29 @@ fn naga_validates_every_shader() {
     }
 }
 
-/// Name, offset and size of the members of a WGSL struct, and its size.
-fn wgsl_layout(module: &Module, name: &str) -> Option<(Vec<(String, usize, usize)>, usize)> {
+/// Name, offset and size (bytes) of a member.
+type Member = (String, usize, usize);
+
+/// The members of a WGSL struct, and its size.
+fn wgsl_layout(module: &Module, name: &str) -> Option<(Vec<Member>, usize)> {
     let members = |(_, ty): (_, &naga::Type)| match &ty.inner {
         TypeInner::Struct { members, span } if ty.name.as_deref() == Some(name) => Some((members.clone(), *span)),
         _ => None,
     };
     let (members, span) = module.types.iter().find_map(members)?;
-    let layout = members
-        .iter()
-        .map(|member| {
-            let size = module.types[member.ty].inner.size(module.to_ctx());
-            (member.name.clone().unwrap_or_default(), member.offset as usize, size as usize)
-        })
-        .collect();
-    Some((layout, span as usize))
+    let layout = members.iter().map(|member| {
+        let size = module.types[member.ty].inner.size(module.to_ctx());
+        (member.name.clone().unwrap_or_default(), member.offset as usize, size as usize)
+    });
+    Some((layout.collect(), span as usize))
 }
 
 fn compare<T: ShaderStruct>(module: &Module, wgsl: &str) {
     let (members, span) = wgsl_layout(module, wgsl).unwrap_or_else(|| panic!("no WGSL struct `{wgsl}`"));
-    let is_pad = |name: &str| name.starts_with("pad");
-    let rust: Vec<(String, usize, usize)> =
-        T::FIELDS.iter().map(|&Field { name, offset, size }| (name.to_owned(), offset, size)).collect();
-    let real = |fields: &[(String, usize, usize)]| -> Vec<(String, usize, usize)> {
-        fields.iter().filter(|(name, ..)| !is_pad(name)).cloned().collect()
-    };
-    assert_eq!(real(&rust), real(&members), "{wgsl}: name, offset and size; left Rust, right WGSL");
+    let rust = T::FIELDS.iter().map(|&Field { name, offset, size }| (name.to_owned(), offset, size));
+    let real =
+        |fields: Vec<Member>| -> Vec<Member> { fields.into_iter().filter(|(name, ..)| !name.starts_with("pad")).collect() };
+    assert_eq!(real(rust.collect()), real(members), "{wgsl}: name, offset and size; left Rust, right WGSL");
     assert_eq!(size_of::<T>(), span, "{wgsl}: size");
 }
 
