@@ -1,12 +1,15 @@
 //! Pixels whose first surface is a mirror or a smooth dielectric.
 //!
 //! Light leaves such a surface in single directions and no photon density helps there ([MML13] says so of all its
-//! methods): each such pixel follows one path per frame instead. Other pixels keep what the strategy gathered.
+//! methods): each such pixel follows a few paths per frame instead. Other pixels keep what the strategy gathered.
 
 use crate::scene::{SceneHandles, SceneInfo};
 use crate::scene_shader::SceneShader;
 use crate::{CameraUniform, GBuffer, LightInfo, PathSettings, radiance_desc};
 use lightloom_graph::{Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+
+/// Paths per pixel and frame: such pixels are few, and one path is noise beside an estimate from hundreds of photons.
+const SAMPLES: u32 = 8;
 
 shader_struct! {
     struct SpecularPixelsParams {
@@ -15,7 +18,7 @@ shader_struct! {
         seed: u32,
         frame: u32,
         max_bounces: u32,
-        pad0: u32,
+        samples: u32,
     }
 }
 
@@ -50,7 +53,7 @@ impl SpecularPixels {
             seed: settings.seed,
             frame: settings.frame,
             max_bounces: settings.max_bounces,
-            pad0: 0,
+            samples: SAMPLES,
         };
         scene
             .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))

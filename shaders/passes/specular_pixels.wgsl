@@ -1,5 +1,5 @@
 // Pixels whose first surface is a mirror or a smooth dielectric: no density can be estimated there, so that each follows
-// one path per frame (shared/path.wgsl). Other pixels pass through.
+// a few paths per frame (shared/path.wgsl). Other pixels pass through.
 #import "shared/camera.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/path.wgsl"
@@ -10,7 +10,8 @@ struct SpecularPixelsParams {
     seed: u32,
     frame: u32,
     max_bounces: u32,
-    pad0: u32,
+    // Paths per pixel.
+    samples: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: SpecularPixelsParams;
@@ -28,7 +29,11 @@ fn specular_pixels(@builtin(global_invocation_id) pixel: vec3u) {
     if (bits & SURFACE_VALID) != 0u && (bits & SURFACE_SPECULAR) != 0u {
         var rng = rng_new(params.seed, 0x53504543u + params.frame, pixel.y * params.camera.size.x + pixel.x);
         let direction = camera_direction(params.camera, vec2f(pixel.xy) + params.camera.jitter);
-        radiance = path_radiance(camera_position(params.camera), direction, params.lights, params.max_bounces, &rng).indirect;
+        radiance = vec3f(0.0);
+        for (var i = 0u; i < params.samples; i += 1u) {
+            radiance += path_radiance(camera_position(params.camera), direction, params.lights, params.max_bounces, &rng).indirect;
+        }
+        radiance /= f32(max(params.samples, 1u));
     }
     textureStore(indirect, pixel.xy, vec4f(radiance, 1.0));
 }

@@ -57,7 +57,7 @@ pub fn cornell() -> Scene {
 
 /// The room of [`cornell`] with a clear glass sphere (radius 0.36 m, ior 1.5) and a polished ring
 /// (radius 0.42 m, height 0.22 m) on the floor, lit by a point light of I = (9, 8.2, 6.8) W·sr⁻¹, flux
-/// 4πI = (113.1, 103.0, 85.5) W. The sphere focuses a bright spot, the ring draws the cusp of a caustic.
+/// 4πI = (113.1, 103.0, 85.5) W. The sphere focuses a bright spot onto wall and floor, the ring a crescent.
 /// Camera `main` looks down on both; `fill` and `classic` are those of the room.
 pub fn caustics() -> Scene {
     let mut scene = room("caustics");
@@ -73,7 +73,7 @@ pub fn caustics() -> Scene {
     scene.triangles.extend(placed(inverted(wall(inner)), ring_at));
     scene.triangles.extend(placed(wall(outer), ring_at));
     scene.triangles.extend(placed(rim(192, inner, outer, height, FOURTH), ring_at));
-    scene.lights.push(Light::Point { position_world: Vec3::new(-0.62, 0.86, 0.98), intensity: Vec3::new(9.0, 8.2, 6.8) });
+    scene.lights.push(Light::Point { position_world: Vec3::new(-0.55, 1.05, -0.45), intensity: Vec3::new(9.0, 8.2, 6.8) });
     let eye = Vec3::new(0.0, 1.5, 2.3);
     let down = Camera::look_at("main", eye, Vec3::new(0.0, 0.36, -0.1), Vec3::Y, 0.6);
     scene.cameras.insert(0, down);
