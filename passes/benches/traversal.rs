@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use lightloom_graph::{BufferDesc, Executor, Gpu, GpuRequest, Graph};
-use lightloom_passes::scene::{Bvh, GpuScene, Scene, builtin};
+use lightloom_passes::scene::{Alpha, Bvh, GpuScene, Scene, builtin};
 use lightloom_passes::{Ray, RayHit, TraceRays};
 use std::error::Error;
 use std::path::Path;
@@ -18,10 +18,14 @@ const REPEATS: u32 = 3;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
-    let scene = match &path {
+    let mut scene = match &path {
         Some(path) => Scene::load(Path::new(path))?,
         None => builtin::caustics(),
     };
+    // The CPU knows no alpha: both sides meet whole triangles.
+    for material in &mut scene.materials {
+        material.alpha = Alpha::Opaque;
+    }
     let gpu = Gpu::new(&GpuRequest::default())?;
     let gpu_scene = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
     let bvh = Bvh::build(&scene.name, &scene.triangles)?;
