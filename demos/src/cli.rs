@@ -58,7 +58,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "path|FILE.exr")]
     pub(crate) reference: Option<PathBuf>,
     /// Paths per pixel of strategy `path` and of the reference
-    #[arg(long, value_name = "N", default_value = "256", value_parser = parse_positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value = "128", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) samples: u32,
     /// Folder for the report and the images
     #[arg(short, long, value_name = "DIR")]
