@@ -36,10 +36,10 @@ fn path_and_direct_light_agree_with_the_form_factor() {
     assert!(images.indirect.grey().value.abs() < 1e-12, "the emitter reflects nothing");
 
     // The G-buffer has one point per pixel. Shifted over the pixel on a 4 × 4 grid, the points cover the disc on a grid of
-    // 256 × 256; the number of them inside a disc of radius ρ = 122 points differs from its area by less than 2 ρ^(2/3) of πρ², 10⁻³,
+    // 256 × 256; the number of them inside a disc of n points' radius differs from its area by less than 2 n^(2/3) of π n², 10⁻³,
     // and it is light of the rim, less than E = ½, that this error miscounts.
-    let count_error = 2.0 * (0.5 * 4.0 * f64::from(SIZE) / (0.5 * across)).powf(2.0 / 3.0)
-        / (PI * (0.5 * 4.0 * f64::from(SIZE) / (0.5 * across)).powi(2));
+    let points = 4.0 * f64::from(SIZE) / across;
+    let count_error = 2.0 * points.powf(2.0 / 3.0) / (PI * points * points);
     let mut means = Vec::new();
     for shift in 0..16_u32 {
         view.jitter = [(shift % 4) as f32 / 4.0 + 0.125, (shift / 4) as f32 / 4.0 + 0.125];
