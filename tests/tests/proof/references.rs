@@ -182,7 +182,7 @@ fn path_agrees_in_sponza() {
 /// Lamps in alcoves make tails so long that with 1,000 samples a block some 0.4 % of 1,644 blocks lie beyond three standard
 /// errors, other blocks with every seed and on both sides.
 #[test]
-#[ignore = "half an hour's worth of rays for one core"]
+#[ignore = "six minutes on two cores; run it with `--run-ignored all`"]
 fn path_agrees_in_sponza_to_the_last_block() {
     if let Some(outside) = path_agrees("sponza", 1792, "0") {
         outside.assert_few("sponza");
