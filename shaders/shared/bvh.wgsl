@@ -1,5 +1,8 @@
 // Rays against the scene: traversal of a compressed eight-wide BVH [Ylitie17], "Efficient Incoherent Ray Traversal on
 // GPUs Through Compressed Wide BVHs", with the node layout of the crate obvhs (80 bytes; minima and maxima interleaved).
+//
+// `trace_ray` and `unoccluded` are all that other shaders know of rays: another way to trace them is another file that
+// offers these two over the same `Hit`.
 #import "shared/math.wgsl"
 #import "shared/rng.wgsl"
 #import "shared/scene_bindings.wgsl"
