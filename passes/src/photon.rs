@@ -86,7 +86,7 @@ pub fn decode_flux(bits: u32) -> Vec3 {
     Vec3::new((bits & 0xff) as f32, ((bits >> 8) & 0xff) as f32, ((bits >> 16) & 0xff) as f32) * scale
 }
 
-/// Unit vector of an octahedral code (two 16-bit signed components) [Cigolle14].
+/// Unit vector of an octahedral code (two 16-bit signed components; Cigolle et al. 2014, JCGT 3(2)).
 pub fn decode_octahedral(bits: u32) -> Vec3 {
     let snorm = |half: u32| (f32::from((half & 0xffff) as u16 as i16) / 32767.0).max(-1.0);
     let p = Vec2::new(snorm(bits), snorm(bits >> 16));

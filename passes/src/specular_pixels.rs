@@ -1,7 +1,7 @@
 //! Pixels whose first surface is a mirror or a smooth dielectric.
 //!
-//! Light leaves such a surface in single directions and no photon density helps there ([MML13] says so of all its
-//! methods): each such pixel follows a few paths per frame instead. Other pixels keep what the strategy gathered.
+//! Light leaves such a surface in single directions and no photon density helps there (as Mara et al. 2013 say
+//! of all their methods): each such pixel follows a few paths per frame instead. Other pixels keep what the strategy gathered.
 
 use crate::scene::{SceneHandles, SceneInfo};
 use crate::scene_shader::SceneShader;
@@ -9,7 +9,7 @@ use crate::{CameraUniform, GBuffer, LightInfo, PathSettings, radiance_desc};
 use lightloom_graph::{Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
 /// Paths per pixel and frame: such pixels are few, and one path is noise beside an estimate from hundreds of photons.
-const SAMPLES: u32 = 8;
+const PATHS: u32 = 4;
 
 shader_struct! {
     struct SpecularPixelsParams {
@@ -18,7 +18,11 @@ shader_struct! {
         seed: u32,
         frame: u32,
         max_bounces: u32,
-        samples: u32,
+        index: u32,
+        weight: f32,
+        pad0: u32,
+        pad1: u32,
+        pad2: u32,
     }
 }
 
@@ -46,22 +50,32 @@ impl SpecularPixels {
         gathered: &Handle<Texture>,
         settings: PathSettings,
     ) -> Handle<Texture> {
-        let mut indirect = graph.texture("indirect", radiance_desc(camera.size));
-        let params = SpecularPixelsParams {
-            camera: *camera,
-            lights: info.into(),
-            seed: settings.seed,
-            frame: settings.frame,
-            max_bounces: settings.max_bounces,
-            samples: SAMPLES,
+        let shader = self.shader.variant(scene.traits);
+        let add_path = |graph: &mut Graph<'_>, before: &Handle<Texture>, index| {
+            let mut indirect = graph.texture("indirect", radiance_desc(camera.size));
+            let params = SpecularPixelsParams {
+                camera: *camera,
+                lights: info.into(),
+                seed: settings.seed,
+                frame: settings.frame,
+                max_bounces: settings.max_bounces,
+                index,
+                weight: 1.0 / PATHS as f32,
+                ..SpecularPixelsParams::default()
+            };
+            scene
+                .bind(graph.compute(&shader).params(&params))
+                .read("surface", &gbuffer.surface)
+                .read("gathered", before)
+                .write("indirect", &mut indirect)
+                .heavy()
+                .dispatch_threads([camera.size[0], camera.size[1], 1]);
+            indirect
         };
-        scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
-            .read("surface", &gbuffer.surface)
-            .read("gathered", gathered)
-            .write("indirect", &mut indirect)
-            .heavy()
-            .dispatch_threads([camera.size[0], camera.size[1], 1]);
-        indirect
+        let mut sum = add_path(graph, gathered, 0);
+        for index in 1..PATHS {
+            sum = add_path(graph, &sum, index);
+        }
+        sum
     }
 }

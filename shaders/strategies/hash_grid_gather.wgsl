@@ -23,6 +23,8 @@ struct Params {
 @group(0) @binding(4) var<storage, read> slot_offsets: array<u32>;
 @group(0) @binding(5) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(6) var caustic: texture_storage_2d<rgba32float, write>;
+// Word 4: pixels whose sum was cut.
+@group(0) @binding(7) var<storage, read_write> stats: array<atomic<u32>>;
 
 // Range of `cell_photons` that lies in `cell`; empty if no photon does.
 fn find_cell(cell: vec3i) -> vec2u {
@@ -37,16 +39,29 @@ fn find_cell(cell: vec3i) -> vec2u {
     return vec2u(0u);
 }
 
+// Bit `i` where photon `first + i` is within the largest radius of `position`.
+fn reach_bit(first: u32, i: u32, last: u32, position: vec3f) -> u32 {
+    let offset = cell_photons[min(first + i, last)].position - position;
+    return select(0u, 1u << i, dot(offset, offset) < params.r_max * params.r_max);
+}
+
 // Adds the photons of a list, in their order. Tests 32 of them first and then sums those near the point: threads run in
-// lockstep, and a contribution should cost once per photon that counts, not once per candidate.
+// lockstep, and a contribution should cost once per photon that counts, not once per candidate. Eight tests to a turn of
+// the loop: drivers that count turns allow lists eight times as long.
 fn gather_range(sum: ptr<function, RadianceSum>, point: VisiblePoint, range: vec2u) {
     for (var first = range.x; first < range.y; first += 32u) {
         var near = 0u;
         let batch = min(32u, range.y - first);
-        for (var i = 0u; i < batch; i++) {
-            let offset = cell_photons[first + i].position - point.position;
-            near |= select(0u, 1u << i, dot(offset, offset) < params.r_max * params.r_max);
+        let last = range.y - 1u;
+        for (var i = 0u; i < batch; i += 8u) {
+            near |= reach_bit(first, i, last, point.position) | reach_bit(first, i + 1u, last, point.position)
+                | reach_bit(first, i + 2u, last, point.position) | reach_bit(first, i + 3u, last, point.position)
+                | reach_bit(first, i + 4u, last, point.position) | reach_bit(first, i + 5u, last, point.position)
+                | reach_bit(first, i + 6u, last, point.position) | reach_bit(first, i + 7u, last, point.position);
         }
+        near &= 0xffffffffu >> (32u - batch);
+        (*sum).tested += batch;
+        (*sum).pending += countOneBits(near);
         while near != 0u {
             let photon = cell_photons[first + firstTrailingBit(near)];
             near &= near - 1u;
@@ -62,19 +77,29 @@ fn hash_grid_gather(@builtin(global_invocation_id) id: vec3u) {
     }
     let point = visible_point(textureLoad(position, id.xy, 0), textureLoad(surface, id.xy, 0), params.camera_position_world);
     var sum: RadianceSum;
+    var expected = 0u;
+    var cells = 0u;
+    var expected_cells = 0u;
     if point.gatherable {
         // The slack covers the rounding of the distance at the kernel's edge.
         let reach = params.r_max * 1.00001;
         let first = grid_cell(params.grid, point.position - reach);
         let last = grid_cell(params.grid, point.position + reach);
+        let span = vec3u(last - first) + 1u;
+        expected_cells = span.x * span.y * span.z;
         for (var z = first.z; z <= last.z; z++) {
             for (var y = first.y; y <= last.y; y++) {
                 for (var x = first.x; x <= last.x; x++) {
                     let range = find_cell(vec3i(x, y, z));
+                    cells += 1u;
+                    expected += range.y - range.x;
                     gather_range(&sum, point, range);
                 }
             }
         }
+    }
+    if sum_is_cut(sum, expected) || cells != expected_cells {
+        atomicAdd(&stats[4], 1u);
     }
     textureStore(indirect, id.xy, vec4f(sum.indirect, 1.0));
     textureStore(caustic, id.xy, vec4f(sum.caustic, 1.0));

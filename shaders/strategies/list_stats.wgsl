@@ -1,10 +1,13 @@
-// Counts what the lists hold: entries asked for, entries dropped for want of room, lists in use, and the longest list.
+// Counts what the lists hold: entries asked for, entries dropped for want of room, lists in use, and the longest list. The
+// gathering pass counts the pixels whose sum a driver cut short into the last word.
 
 struct ListStats {
     entries: u32,
     dropped: u32,
     used: atomic<u32>,
     longest: atomic<u32>,
+    // Counted by the gathering pass.
+    cut: u32,
 }
 
 struct Params {

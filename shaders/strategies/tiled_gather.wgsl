@@ -26,6 +26,8 @@ struct Params {
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
+// Word 4: pixels whose sum was cut.
+@group(0) @binding(8) var<storage, read_write> stats: array<atomic<u32>>;
 
 // Of the workgroup, 8 × 8.
 const THREADS: u32 = 64u;
@@ -54,6 +56,10 @@ fn tiled_gather(
             gather_block(&sum, point, count);
         }
         workgroupBarrier();
+    }
+    let begin = min(tile_offsets[tile], end);
+    if gathers && sum_is_cut(sum, end - begin) {
+        atomicAdd(&stats[4], 1u);
     }
     if inside {
         textureStore(indirect, pixel, vec4f(sum.indirect, 1.0));

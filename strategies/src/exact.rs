@@ -26,6 +26,9 @@ use lightloom_passes::radiance_desc;
 const PAIRS_PER_DISPATCH: u64 = 1 << 28;
 /// Photons in one dispatch at the least: a workgroup reads blocks of 256.
 const MIN_CHUNK: u64 = 256;
+/// And at the most: llvmpipe ends every loop of an invocation once they have turned 65,535 times together. A photon takes
+/// one turn where it is near and a fraction of one to test.
+const MAX_CHUNK: u64 = 1 << 14;
 
 shader_struct! {
     /// Parameters of `exact_gather`.
@@ -158,7 +161,7 @@ impl Strategy for Exact {
 fn chunk_photons(pixels: u64) -> u32 {
     let photons = PAIRS_PER_DISPATCH / pixels.max(1);
     // At most 2²⁸: fits.
-    (photons / MIN_CHUNK * MIN_CHUNK).max(MIN_CHUNK) as u32
+    (photons / MIN_CHUNK * MIN_CHUNK).clamp(MIN_CHUNK, MAX_CHUNK) as u32
 }
 
 #[cfg(test)]

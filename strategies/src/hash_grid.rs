@@ -161,7 +161,8 @@ impl Strategy for HashGrid {
         if frame.deterministic {
             self.sort.add(graph, &mut lists);
         }
-        let stats = self.stats.add(graph, &lists, &["entries", "entries_dropped", "cells_used", "longest_list"]);
+        let mut stats =
+            self.stats.add(graph, &lists, &["entries", "entries_dropped", "cells_used", "longest_list", "pixels_cut"]);
         let cell_photons = self.pack(graph, photons, &lists);
 
         let mut indirect = graph.texture("hash_grid_indirect", radiance_desc(frame.size));
@@ -183,6 +184,7 @@ impl Strategy for HashGrid {
             .read("slot_offsets", &lists.offsets)
             .write("indirect", &mut indirect)
             .write("caustic", &mut caustic)
+            .write("stats", &mut stats.buffer)
             .heavy()
             .dispatch_threads([frame.size[0], frame.size[1], 1]);
         Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })

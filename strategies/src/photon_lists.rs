@@ -77,7 +77,7 @@ impl SortLists {
     }
 }
 
-/// Counts entries, dropped entries, lists in use, and the longest list.
+/// Counts entries, dropped entries, lists in use, and the longest list; pixels whose sum was cut.
 #[derive(Debug)]
 pub(crate) struct ListStats {
     shader: ComputeShader,
@@ -88,8 +88,8 @@ impl ListStats {
         Ok(Self { shader: ComputeShader::new(sources, "strategies/list_stats.wgsl")? })
     }
 
-    /// Declares the pass. `names` are those of the four counts, in the order above.
-    pub(crate) fn add(&self, graph: &mut Graph<'_>, lists: &PhotonLists, names: &'static [&'static str; 4]) -> Stats {
+    /// Declares the pass. `names` are those of the counts, in the order above; the last is the gathering pass's to count.
+    pub(crate) fn add(&self, graph: &mut Graph<'_>, lists: &PhotonLists, names: &'static [&'static str; 5]) -> Stats {
         let mut stats = graph.buffer("list_stats", BufferDesc::words(names.len() as u64));
         graph.clear_buffer(&mut stats);
         graph

@@ -108,6 +108,6 @@ impl Estimate {
 pub struct Stats {
     /// One u32 per name.
     pub buffer: Handle<Buffer>,
-    /// What the words count. A name that ends in `dropped` is light lost for want of room, and is reported as a warning, as is one in `overflowed`.
+    /// What the words count. A name that ends in `dropped` is light lost for want of room, and is reported as a warning, as is one in `overflowed` or `cut`.
     pub names: &'static [&'static str],
 }

@@ -219,7 +219,8 @@ impl Strategy for Tiled {
         if frame.deterministic {
             self.sort.add(graph, &mut lists);
         }
-        let stats = self.stats.add(graph, &lists, &["entries", "entries_dropped", "tiles_used", "longest_list"]);
+        let mut stats =
+            self.stats.add(graph, &lists, &["entries", "entries_dropped", "tiles_used", "longest_list", "pixels_cut"]);
 
         let mut indirect = graph.texture("tiled_indirect", radiance_desc(frame.size));
         let mut caustic = graph.texture("tiled_caustic", radiance_desc(frame.size));
@@ -242,6 +243,7 @@ impl Strategy for Tiled {
             .read("tile_entries", &lists.entries)
             .write("indirect", &mut indirect)
             .write("caustic", &mut caustic)
+            .write("stats", &mut stats.buffer)
             .heavy()
             .dispatch_threads([frame.size[0], frame.size[1], 1]);
         Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })

@@ -80,6 +80,12 @@ impl Rendered {
                 "strategy `{strategy}`: {name} = {count}: their light is missing; raise its capacity by --set, or lower the radius"
             ));
         }
+        for (name, count) in self.stats.iter().filter(|(name, count)| name.ends_with("cut") && *count > 0) {
+            self.warnings.push(format!(
+                "strategy `{strategy}`: {name} = {count}: the driver ended their loops early (llvmpipe allows 65,535 turns) and light is \
+                 missing; lower the radius or emit fewer photons (--photons)"
+            ));
+        }
         for (name, count) in self.stats.iter().filter(|(name, count)| name.ends_with("overflowed") && *count > 0) {
             self.warnings.push(format!(
                 "strategy `{strategy}`: {name} = {count}: pixels some 65,536 times brighter than the scene at large are too dark"
