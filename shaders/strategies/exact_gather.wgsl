@@ -1,7 +1,7 @@
 // Sums one chunk of the stored photons at every visible point: [MML13] Eq. 1 with Q(X) = all of them.
 //
-// One workgroup of 16 × 16 pixels; the chunk passes through workgroup memory in blocks of 256. Later chunks add to the
-// sums of earlier ones; a chunk beyond the stored photons returns at once.
+// One workgroup of 16 × 16 pixels; the chunk passes through workgroup memory in blocks of 256. Later chunks go on
+// with the sums of earlier ones; a chunk beyond the stored photons returns at once.
 #import "shared/gbuffer.wgsl"
 #import "shared/photon_block.wgsl"
 
@@ -38,7 +38,11 @@ fn exact_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
     let point = visible_point(textureLoad(position, pixel, 0), textureLoad(surface, pixel, 0), params.camera_position_world);
     let gathers = inside && point.gatherable;
 
+    // Goes on with the sum of the chunks before, so that the order of additions is that of the photons.
+    let index = pixel.y * params.size.x + pixel.x;
     var sum: RadianceSum;
+    sum.indirect = indirect_sum[index].rgb;
+    sum.caustic = caustic_sum[index].rgb;
     for (var block = params.first; block < end; block += PHOTON_BLOCK) {
         let count = min(PHOTON_BLOCK, end - block);
         if thread < count {
@@ -51,8 +55,7 @@ fn exact_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
         workgroupBarrier();
     }
     if gathers {
-        let index = pixel.y * params.size.x + pixel.x;
-        indirect_sum[index] += vec4f(sum.indirect, 0.0);
-        caustic_sum[index] += vec4f(sum.caustic, 0.0);
+        indirect_sum[index] = vec4f(sum.indirect, 0.0);
+        caustic_sum[index] = vec4f(sum.caustic, 0.0);
     }
 }
