@@ -120,6 +120,30 @@ fn full_photon_stores_are_warned_of() {
     assert!(photons.dropped > 1000 && rendered.warnings.len() == 1, "{photons:?} {:?}", rendered.warnings);
 }
 
+/// Some drivers end an invocation's loops early without a word (llvmpipe after 65,535 turns). Here every pixel sums some
+/// 170,000 photons; a strategy either does, and equals `exact`, or says that it did not.
+#[test]
+fn sums_that_a_driver_cuts_short_are_warned_of() {
+    let Some(mut bench) = Bench::new() else { return };
+    let settings = Settings { size: [8, 8], photons: 180_000, layers: vec![Layer::Indirect], ..Settings::default() };
+    let mut means = Vec::new();
+    for strategy in ["exact", "tiled", "hash-grid"] {
+        let mut pipeline = Pipeline::new(by_name(strategy).expect("it exists")).expect("its shaders are valid");
+        pipeline.strategy_mut().set("radius", "3").expect("it has a radius");
+        let rendered = pipeline
+            .render(&mut bench.executor, &bench.scene, &bench.camera, &settings, &mut |_| ControlFlow::Continue(()))
+            .expect("it renders");
+        let warned = rendered.warnings.iter().any(|warning| warning.contains("pixels_cut"));
+        means.push((strategy, mean(&rendered, Layer::Indirect), warned));
+    }
+    let exact = means[0].1;
+    for (strategy, mean, warned) in means {
+        // Sums of 170,000 terms in another order differ by rounding, far below a thousandth; a cut sum lacks half.
+        let whole = (mean / exact - 1.0).abs() < 1e-3;
+        assert!(whole != warned, "{strategy}: {mean} for {exact}, warned: {warned}");
+    }
+}
+
 #[test]
 fn observers_can_stop_the_work() {
     let Some(mut bench) = Bench::new() else { return };
