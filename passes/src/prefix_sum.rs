@@ -58,3 +58,35 @@ impl PrefixSum {
             .dispatch_1d(threads);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lightloom_graph::wgpu::{self, util::DeviceExt};
+    use lightloom_graph::{Executor, Gpu};
+
+    #[test]
+    fn sums_equal_the_cpu_s() {
+        let Some(gpu) = Gpu::for_tests() else { return };
+        let pass = PrefixSum::new(&crate::shaders()).expect("the shaders are valid");
+        let mut executor = Executor::new(&gpu);
+        // Around one block, one run of the scanning workgroup's threads, and several.
+        for count in [1, 2047, 2048, 2049, 70_001, 600_000_u32] {
+            let counts: Vec<u32> = (0..count).map(|i| i.wrapping_mul(2_654_435_761) >> 29).collect();
+            let contents = bytemuck::cast_slice(&counts);
+            let usage = wgpu::BufferUsages::STORAGE;
+            let buffer = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage });
+            let mut graph = Graph::new("prefix sums");
+            let input = graph.import_buffer("counts", BufferDesc::words(count.into()), buffer);
+            let mut sums = graph.buffer("sums", BufferDesc::words(u64::from(count) + 1));
+            pass.add(&mut graph, &input, &mut sums, count);
+            let readback = graph.readback_buffer(&sums);
+            let found: Vec<u32> = executor.execute(graph).expect("the graph is sound").cast(readback);
+            let mut sum = 0;
+            for (i, &have) in found.iter().enumerate() {
+                assert_eq!(have, sum, "sums[{i}] of {count}");
+                sum += counts.get(i).copied().unwrap_or(0);
+            }
+        }
+    }
+}

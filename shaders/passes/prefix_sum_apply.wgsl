@@ -1,7 +1,8 @@
 // Exclusive prefix sums, last of three passes: scans each block from its offset. `sums[count]` is the total.
+#import "shared/workgroup_scan.wgsl"
+
 const BLOCK: u32 = 2048u;
 const PER_THREAD: u32 = 8u;
-const WIDTH: u32 = 256u;
 
 struct PrefixSumParams {
     count: u32,
@@ -15,8 +16,6 @@ struct PrefixSumParams {
 @group(0) @binding(2) var<storage, read> block_sums: array<u32>;
 @group(0) @binding(3) var<storage, read_write> sums: array<u32>;
 
-var<workgroup> partial: array<u32, WIDTH>;
-
 @compute @workgroup_size(256)
 fn prefix_sum_apply(@builtin(workgroup_id) workgroup: vec3u, @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32) {
@@ -27,21 +26,11 @@ fn prefix_sum_apply(@builtin(workgroup_id) workgroup: vec3u, @builtin(num_workgr
     for (var i = first; i < end; i += 1u) {
         sum += counts[i];
     }
-    partial[local] = sum;
-    workgroupBarrier();
-    for (var step = 1u; step < WIDTH; step *= 2u) {
-        var left = 0u;
-        if local >= step {
-            left = partial[local - step];
-        }
-        workgroupBarrier();
-        partial[local] += left;
-        workgroupBarrier();
-    }
+    let before = exclusive_scan(local, sum);
     if block >= params.blocks {
         return;
     }
-    var offset = block_sums[block] + partial[local] - sum;
+    var offset = block_sums[block] + before;
     for (var i = first; i < end; i += 1u) {
         sums[i] = offset;
         offset += counts[i];

@@ -1,4 +1,5 @@
 // Exclusive prefix sums, second of three passes: one workgroup turns the block sums into block offsets, in place.
+#import "shared/workgroup_scan.wgsl"
 
 struct PrefixSumParams {
     count: u32,
@@ -10,31 +11,18 @@ struct PrefixSumParams {
 @group(0) @binding(0) var<uniform> params: PrefixSumParams;
 @group(0) @binding(1) var<storage, read_write> block_sums: array<u32>;
 
-const WIDTH: u32 = 256u;
-var<workgroup> partial: array<u32, WIDTH>;
-
 @compute @workgroup_size(256)
 fn prefix_sum_scan(@builtin(local_invocation_index) local: u32) {
     // Each thread owns a run of blocks; the runs' sums are scanned between the threads.
-    let run = (params.blocks + WIDTH - 1u) / WIDTH;
+    let run = (params.blocks + SCAN_WIDTH - 1u) / SCAN_WIDTH;
     let first = min(local * run, params.blocks);
     let end = min(first + run, params.blocks);
     var sum = 0u;
     for (var i = first; i < end; i += 1u) {
         sum += block_sums[i];
     }
-    partial[local] = sum;
-    workgroupBarrier();
-    for (var step = 1u; step < WIDTH; step *= 2u) {
-        var left = 0u;
-        if local >= step {
-            left = partial[local - step];
-        }
-        workgroupBarrier();
-        partial[local] += left;
-        workgroupBarrier();
-    }
-    var offset = partial[local] - sum;
+    let before = exclusive_scan(local, sum);
+    var offset = before;
     for (var i = first; i < end; i += 1u) {
         let value = block_sums[i];
         block_sums[i] = offset;

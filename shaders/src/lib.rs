@@ -57,6 +57,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/surface.wgsl",
     "shared/texture.wgsl",
     "shared/tiles.wgsl",
+    "shared/workgroup_scan.wgsl",
     "strategies/exact_gather.wgsl",
     "strategies/exact_resolve.wgsl",
     "strategies/hash_grid_gather.wgsl",
