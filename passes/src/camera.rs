@@ -42,9 +42,4 @@ impl CameraUniform {
             pad0: 0,
         }
     }
-
-    /// Area of one pixel on the film at distance 1 (dimensionless: m² at 1 m).
-    pub fn pixel_area(&self) -> f32 {
-        4.0 * self.tan_half[0] * self.tan_half[1] / (self.size[0] as f32 * self.size[1] as f32)
-    }
 }

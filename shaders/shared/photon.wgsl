@@ -57,7 +57,3 @@ fn flux_decode(bits: u32) -> vec3f {
 fn photon_path_probability(photon: Photon) -> f32 {
     return unpack2x16float(photon.length_probability).y;
 }
-
-fn photon_ray_length(photon: Photon) -> f32 {
-    return unpack2x16float(photon.length_probability).x;
-}

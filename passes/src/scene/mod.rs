@@ -114,8 +114,6 @@ pub struct SceneInfo {
     pub punctual_count: u32,
     /// Flux of all lights together (W).
     pub total_power: Vec3,
-    /// Area of all triangles, one side each (m²).
-    pub surface_area: f32,
 }
 
 impl Scene {
@@ -170,11 +168,6 @@ impl Scene {
         let farthest =
             self.triangles.iter().flat_map(|t| t.positions_world).map(|p| p.distance_squared(center)).fold(0.0, f32::max);
         (center, farthest.sqrt() * 1.000_01)
-    }
-
-    /// Area of all triangles, one side each (m²).
-    pub fn surface_area(&self) -> f32 {
-        self.triangles.iter().map(|triangle| f64::from(triangle.area())).sum::<f64>() as f32
     }
 
     /// Turns every opaque, non-metallic surface into a Lambertian of its base colour: the model to

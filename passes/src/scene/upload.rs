@@ -97,7 +97,6 @@ impl GpuScene {
                 light_count: list.lights.len() as u32,
                 punctual_count: list.punctual_count,
                 total_power: list.total_power,
-                surface_area: scene.surface_area(),
             },
             traits: SceneTraits::of(scene),
             bvh_stats: bvh.stats(),
