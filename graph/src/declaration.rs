@@ -1,6 +1,6 @@
 //! One frame as plain data: what planning needs, and no shaders, closures or wgpu objects.
 
-use crate::{BufferDesc, TextureDesc, error::PassPlace};
+use crate::{BufferDesc, Subresources, TextureDesc, error::PassPlace};
 use std::panic::Location;
 
 /// A frame as data. Build it through [`Graph::declaration`](crate::Graph::declaration) or
@@ -81,6 +81,8 @@ pub struct PassDecl {
     pub heavy: bool,
     /// Whether it must run whatever becomes of what it writes.
     pub side_effect: bool,
+    /// Whether it keeps its place in recorded order among the passes that are pinned.
+    pub pinned: bool,
     /// What it reads and writes.
     pub accesses: Vec<Access>,
     pub(crate) location: Option<&'static Location<'static>>,
@@ -141,8 +143,21 @@ pub struct Access {
     pub read: bool,
     /// Whether and how it writes.
     pub write: Write,
+    /// Which mips and layers.
+    pub part: Subresources,
+    /// Where it is attached, if it is drawn into.
+    pub attachment: Option<Attachment>,
     /// wgpu usage bits, of `TextureUsages` or `BufferUsages`.
     pub(crate) usage: u32,
+}
+
+/// Where a raster pass attaches a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Attachment {
+    /// The fragment output of this location.
+    Color(u32),
+    /// The depth buffer.
+    Depth,
 }
 
 /// How an access writes.
@@ -157,6 +172,12 @@ pub enum Write {
 }
 
 impl Access {
+    /// An access to the whole of `resource`.
+    pub(crate) fn new(resource: usize, binding: &str, read: bool, write: Write, usage: u32) -> Self {
+        let (binding, part) = (binding.to_owned(), Subresources::ALL);
+        Self { resource, binding, read, write, part, attachment: None, usage }
+    }
+
     /// Whether it writes at all.
     pub fn writes(&self) -> bool {
         self.write != Write::No

@@ -222,11 +222,18 @@ fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, error
     let accesses = merged
         .into_iter()
         .map(|(resource, (read, write))| {
-            let binding = if write == Write::No { "reads" } else { "writes" }.to_owned();
-            Access { resource, binding, read, write, usage: 0 }
+            Access::new(resource, if write == Write::No { "reads" } else { "writes" }, read, write, 0)
         })
         .collect();
-    PassDecl { name: pass.name, kind: pass.kind, heavy: false, side_effect: pass.side_effect, accesses, location: None }
+    PassDecl {
+        name: pass.name,
+        kind: pass.kind,
+        heavy: false,
+        side_effect: pass.side_effect,
+        pinned: false,
+        accesses,
+        location: None,
+    }
 }
 
 impl From<&Declaration> for Frame {

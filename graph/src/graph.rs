@@ -195,6 +195,7 @@ impl<'f> Graph<'f> {
             foreign: Vec::new(),
             side_effect: false,
             heavy: false,
+            pinned: false,
             location: Location::caller(),
         }
     }
@@ -204,7 +205,7 @@ impl<'f> Graph<'f> {
     pub fn clear_buffer(&mut self, buffer: &mut Handle<Buffer>) {
         let name = format!("clear {}", buffer.name);
         let usage = wgpu::BufferUsages::COPY_DST.bits();
-        let access = Access { resource: buffer.index, binding: "clear".to_owned(), read: false, write: Write::Overwrite, usage };
+        let access = Access::new(buffer.index, "clear", false, Write::Overwrite, usage);
         self.copy_pass(&name, vec![access], false, &[(buffer.graph, &buffer.name)], Work::ClearBuffer { buffer: buffer.index });
     }
 
@@ -274,7 +275,7 @@ impl<'f> Graph<'f> {
     fn readback(&mut self, name: &str, graph: u64, resource: usize, usage: u32) -> Readback {
         let readback = Readback { graph: self.id, index: self.readbacks };
         self.readbacks += 1;
-        let access = Access { resource, binding: "readback".to_owned(), read: true, write: Write::No, usage };
+        let access = Access::new(resource, "readback", true, Write::No, usage);
         let work = Work::Readback { resource, index: readback.index };
         self.copy_pass(&format!("readback {name}"), vec![access], true, &[(graph, name)], work);
         readback
@@ -341,6 +342,7 @@ impl<'f> Graph<'f> {
             kind: PassKind::Copy,
             heavy: false,
             side_effect,
+            pinned: false,
             accesses,
             location: Some(location),
         };
@@ -373,8 +375,8 @@ impl<'f> Graph<'f> {
 
 fn copy_accesses(from: usize, to: usize, usages: (u32, u32)) -> Vec<Access> {
     vec![
-        Access { resource: from, binding: "copy source".to_owned(), read: true, write: Write::No, usage: usages.0 },
-        Access { resource: to, binding: "copy target".to_owned(), read: false, write: Write::Overwrite, usage: usages.1 },
+        Access::new(from, "copy source", true, Write::No, usages.0),
+        Access::new(to, "copy target", false, Write::Overwrite, usages.1),
     ]
 }
 

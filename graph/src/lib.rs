@@ -53,6 +53,7 @@ mod raster;
 mod reflect;
 mod resource;
 mod shader;
+mod subresource;
 mod verify;
 mod wgsl;
 
@@ -63,7 +64,7 @@ struct Readme;
 
 pub use bytemuck;
 pub use closure::ClosureContext;
-pub use declaration::{Access, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write};
+pub use declaration::{Access, Attachment, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write};
 pub use dot::{to_dot, to_json};
 pub use error::{GraphError, PassPlace, ShaderError, ShaderPlace};
 pub use executor::{Executor, FrameOutput, PassTime, Progress, TimingSource};
@@ -72,8 +73,9 @@ pub use graph::{Graph, Readback};
 pub use handle::{Buffer, Handle, History, Resource, Texture};
 pub use layout::{Field, ShaderStruct, StructLayout};
 pub use pass::{ClosurePass, ComputePass, Load, RasterPass, Sampler};
-pub use plan::{Culled, Lifetime, Memory, Plan, PlanOptions, Sharing, Slot, plan};
+pub use plan::{Culled, Lifetime, Memory, Need, PassOrder, Plan, PlanOptions, Sharing, Slot, SlotKind, plan, plan_with_needs};
 pub use resource::{BufferDesc, TextureDesc};
 pub use shader::{ComputeShader, RasterShader};
+pub use subresource::Subresources;
 pub use wgpu;
 pub use wgsl::{FlatWgsl, WgslSources};

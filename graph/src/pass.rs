@@ -50,12 +50,13 @@ pub(crate) struct Calls {
     pub(crate) params: Option<Params>,
     pub(crate) bound: Vec<Call>,
     pub(crate) heavy: bool,
+    pub(crate) pinned: bool,
     pub(crate) location: &'static Location<'static>,
 }
 
 impl Calls {
     pub(crate) fn new(location: &'static Location<'static>) -> Self {
-        Self { name: None, params: None, bound: Vec::new(), heavy: false, location }
+        Self { name: None, params: None, bound: Vec::new(), heavy: false, pinned: false, location }
     }
 
     fn params<T: ShaderStruct>(&mut self, params: &T) {
@@ -123,6 +124,12 @@ macro_rules! shared_calls {
             self.calls.heavy = true;
             self
         }
+
+        /// Keeps the pass in recorded order among the pinned passes, where the planner could move it to save memory.
+        pub fn pinned(mut self) -> Self {
+            self.calls.pinned = true;
+            self
+        }
     };
 }
 
@@ -149,6 +156,7 @@ impl ComputePass<'_, '_> {
                     kind: PassKind::Compute,
                     heavy: calls.heavy,
                     side_effect: false,
+                    pinned: calls.pinned,
                     accesses,
                     location: Some(calls.location),
                 },
@@ -236,6 +244,7 @@ impl RasterPass<'_, '_> {
                 kind: PassKind::Raster,
                 heavy: calls.heavy,
                 side_effect: false,
+                pinned: calls.pinned,
                 accesses,
                 location: Some(calls.location),
             },
@@ -254,6 +263,7 @@ pub struct ClosurePass<'g, 'f> {
     pub(crate) foreign: Vec<String>,
     pub(crate) side_effect: bool,
     pub(crate) heavy: bool,
+    pub(crate) pinned: bool,
     pub(crate) location: &'static Location<'static>,
 }
 
@@ -281,7 +291,7 @@ impl<'f> ClosurePass<'_, 'f> {
         self.access(handle, false, Write::Keep, T::usages(usages))
     }
 
-    /// The pass does something beyond its writes, so it is never culled.
+    /// The pass does something beyond its writes, so it is never culled, and is [pinned](Self::pinned).
     pub fn side_effect(mut self) -> Self {
         self.side_effect = true;
         self
@@ -293,10 +303,16 @@ impl<'f> ClosurePass<'_, 'f> {
         self
     }
 
+    /// Keeps the pass in recorded order among the pinned passes, as [`ComputePass::pinned`].
+    pub fn pinned(mut self) -> Self {
+        self.pinned = true;
+        self
+    }
+
     fn access<T: Resource>(mut self, handle: &Handle<T>, read: bool, write: Write, usage: u32) -> Self {
         if handle.graph == self.graph.id {
-            let binding = if read { "read" } else { "write" }.to_owned();
-            self.accesses.push(Access { resource: handle.index, binding, read, write, usage });
+            let binding = if read { "read" } else { "write" };
+            self.accesses.push(Access::new(handle.index, binding, read, write, usage));
         } else {
             self.foreign.push(handle.name().to_owned());
         }
@@ -305,7 +321,7 @@ impl<'f> ClosurePass<'_, 'f> {
 
     /// Records the pass by `record`, called once when the frame executes, unless the pass was culled.
     pub fn record(self, record: impl FnOnce(&mut ClosureContext<'_>) -> Result<(), String> + 'f) {
-        let Self { graph, name, accesses, foreign, side_effect, heavy, location } = self;
+        let Self { graph, name, accesses, foreign, side_effect, heavy, pinned, location } = self;
         let at: PassPlace = Graph::place(&name, location);
         let mut errors: Vec<GraphError> =
             foreign.into_iter().map(|resource| GraphError::ForeignHandle { at: at.clone(), resource }).collect();
@@ -320,6 +336,7 @@ impl<'f> ClosurePass<'_, 'f> {
                 kind: PassKind::Closure,
                 heavy,
                 side_effect,
+                pinned: pinned || side_effect,
                 accesses,
                 location: Some(location),
             },

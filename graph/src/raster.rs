@@ -2,7 +2,7 @@
 
 use crate::{
     Graph, Handle, Load, RasterShader, TextureDesc,
-    declaration::{Access, ResourceKind, Write},
+    declaration::{Access, Attachment, ResourceKind, Write},
     error::{GraphError, PassPlace, names},
     handle::Texture,
     reflect::Output,
@@ -105,12 +105,16 @@ pub(crate) fn targets(
                 Ok(load) => targets.colors[output.location as usize] = Some((attach.resource, load)),
             }
         }
+        let location = || shader.outputs.iter().find(|output| output.name == attach.name).map_or(0, |output| output.location);
         accesses.push(Access {
-            resource: attach.resource,
-            binding: attach.name.clone(),
-            read: keeps,
-            write: if keeps { Write::Keep } else { Write::Overwrite },
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT.bits(),
+            attachment: Some(if is_depth { Attachment::Depth } else { Attachment::Color(location()) }),
+            ..Access::new(
+                attach.resource,
+                &attach.name,
+                keeps,
+                if keeps { Write::Keep } else { Write::Overwrite },
+                wgpu::TextureUsages::RENDER_ATTACHMENT.bits(),
+            )
         });
     }
     for output in shader.outputs.iter() {

@@ -1,6 +1,7 @@
 //! From where to where each resource is in use.
 
 use crate::declaration::{Declaration, Origin};
+use std::ops::Range;
 
 /// First and last position in the plan's order at which a resource is in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -19,11 +20,14 @@ impl Lifetime {
 }
 
 /// Per resource its lifetime; `None` if no pass that runs uses it.
-pub(super) fn lifetimes(declaration: &Declaration, order: &[usize]) -> Vec<Option<Lifetime>> {
+///
+/// A step runs as one, so what it uses is in use from its first position to its last.
+pub(super) fn lifetimes(declaration: &Declaration, order: &[usize], steps: &[Range<usize>]) -> Vec<Option<Lifetime>> {
     let mut lifetimes: Vec<Option<Lifetime>> = vec![None; declaration.resources.len()];
-    for (position, &pass) in order.iter().enumerate() {
-        for access in &declaration.passes[pass].accesses {
-            lifetimes[access.resource].get_or_insert(Lifetime { first: position, last: position }).last = position;
+    for step in steps {
+        for access in order[step.clone()].iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
+            let last = step.end - 1;
+            lifetimes[access.resource].get_or_insert(Lifetime { first: step.start, last }).last = last;
         }
     }
     for (resource, lifetime) in declaration.resources.iter().zip(&mut lifetimes) {

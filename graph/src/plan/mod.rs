@@ -1,25 +1,44 @@
 //! From a declaration to a plan: a pure function, one file per phase.
 //!
 //! ```text
-//!   validate → dependencies → cull → order → lifetimes → place
+//!   validate → dependencies → cull → merge → order → lifetimes → place
 //! ```
 
 mod cull;
 mod dependencies;
 mod lifetimes;
+mod merge;
 mod order;
 mod place;
 mod validate;
 
 use crate::{declaration::Declaration, error::GraphError};
 pub use lifetimes::Lifetime;
-pub use place::Slot;
+pub use place::{Slot, SlotKind};
+use std::ops::Range;
 
 /// How a frame is planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct PlanOptions {
-    /// Whether transient resources share memory.
+    /// Whether and how transient resources share memory.
     pub sharing: Sharing,
+    /// How passes are put in order.
+    pub order: PassOrder,
+    /// Whether attachments that never leave their render pass take transient memory (the adapter has such).
+    pub transient_attachments: bool,
+}
+
+impl PlanOptions {
+    /// The same with another way of sharing.
+    pub fn sharing(self, sharing: Sharing) -> Self {
+        Self { sharing, ..self }
+    }
+
+    /// The same with another way of ordering.
+    pub fn order(self, order: PassOrder) -> Self {
+        Self { order, ..self }
+    }
 }
 
 /// How transient resources share memory.
@@ -27,9 +46,36 @@ pub struct PlanOptions {
 pub enum Sharing {
     /// Each has its own.
     Off,
-    /// Resources of equal description whose lifetimes do not overlap share one object.
+    /// Resources of equal description and equal usages whose lifetimes do not overlap share one object.
+    Exact,
+    /// As `Exact`, for all descriptions that one object can serve: usages, view formats, mips and layers are merged, and
+    /// buffers lie in arenas.
     #[default]
-    Pool,
+    Merged,
+    /// Resources lie at offsets of shared memory, whatever their descriptions. Where the device cannot, the executor
+    /// takes `Merged` and says so.
+    Placed,
+}
+
+/// How passes are put in order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PassOrder {
+    /// As recorded.
+    Recorded,
+    /// So that less memory is in use at once; as recorded where that changes nothing. Pinned passes keep their order.
+    #[default]
+    Memory,
+}
+
+/// What a resource needs of shared memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Need {
+    /// Bytes.
+    pub bytes: u64,
+    /// Its offset is a multiple of this (bytes), a power of two.
+    pub align: u64,
+    /// Resources of different classes lie in different heaps.
+    pub class: u32,
 }
 
 /// A frame ready to run.
@@ -38,6 +84,8 @@ pub enum Sharing {
 pub struct Plan {
     /// Indices of the passes that run, in the order they run.
     pub order: Vec<usize>,
+    /// Positions in `order` that run together: one render pass, or a single pass of another kind. They cover `order`.
+    pub steps: Vec<Range<usize>>,
     /// The passes that do not run, and why.
     pub culled: Vec<Culled>,
     /// Per resource: from which position in `order` to which it is in use; `None`: never.
@@ -46,7 +94,7 @@ pub struct Plan {
     pub slots: Vec<Slot>,
     /// Per resource: its slot.
     pub slot_of: Vec<Option<usize>>,
-    /// Per resource: its place in one shared heap, by the estimate behind `memory.placed_bytes` (bytes).
+    /// Per resource: where it lies in its slot (bytes).
     pub offsets: Vec<Option<u64>>,
     /// Per position in `order`: bytes of the transient resources in use there.
     pub live_bytes: Vec<u64>,
@@ -73,11 +121,13 @@ pub struct Culled {
 pub struct Memory {
     /// When nothing is shared.
     pub unshared_bytes: u64,
-    /// The most in use at once: no way of placing needs less.
+    /// The most in use at once in recorded order: there, no way of placing needs less.
     pub peak_live_bytes: u64,
-    /// In a pool of objects with exact descriptions.
+    /// The most in use at once in the plan's order.
+    pub ordered_peak_live_bytes: u64,
+    /// In a pool of objects with merged descriptions, and arenas for buffers.
     pub pooled_bytes: u64,
-    /// In one heap at 256-byte offsets, by first fit; an estimate, as drivers may align more.
+    /// At offsets of shared memory.
     pub placed_bytes: u64,
     /// What this plan takes, by its [`Sharing`].
     pub allocated_bytes: u64,
@@ -88,31 +138,60 @@ pub struct Memory {
 /// # Errors
 /// If the declaration is inconsistent: stale reads, cycles, writes to a previous frame, names or indices that do not fit.
 pub fn plan(declaration: &Declaration, options: &PlanOptions) -> Result<Plan, GraphError> {
+    plan_with_needs(declaration, options, &|resource, _| Need {
+        bytes: declaration.resources[resource].bytes,
+        align: ALIGN,
+        class: 0,
+    })
+}
+
+/// Offsets are multiples of this (bytes): the largest alignment `WebGPU` asks of a buffer binding.
+pub(crate) const ALIGN: u64 = 256;
+
+/// As [`plan`], with what each resource needs of shared memory, given its index and its wgpu usage bits.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_with_needs(
+    declaration: &Declaration,
+    options: &PlanOptions,
+    needs: &dyn Fn(usize, u32) -> Need,
+) -> Result<Plan, GraphError> {
     if let Some(error) = GraphError::collect(validate::validate(declaration)) {
         return Err(error);
     }
     let dependencies = dependencies::dependencies(declaration);
     let (live, culled) = cull::cull(declaration, &dependencies);
-    let order = order::order(&live, &dependencies)
+    let units = merge::merge(declaration, &live);
+    let sequence = order::order(declaration, &units, &dependencies, options.order)
         .map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
-    let lifetimes = lifetimes::lifetimes(declaration, &order);
+    let recorded = {
+        let (order, steps) = units.flatten(0..units.len());
+        let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
+        lifetimes::live_bytes(declaration, &lifetimes, order.len())
+    };
+    let (order, steps) = units.flatten(sequence);
+    let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
     let live_bytes = lifetimes::live_bytes(declaration, &lifetimes, order.len());
     let usages = usages(declaration, &order);
-    let pool = place::pool(declaration, &lifetimes, &usages, Sharing::Pool);
-    let pooled_bytes = place::total(&pool.0);
-    let (slots, slot_of) = match options.sharing {
-        Sharing::Pool => pool,
-        Sharing::Off => place::pool(declaration, &lifetimes, &usages, Sharing::Off),
-    };
-    let (offsets, placed_bytes) = place::heap(declaration, &lifetimes, &live_bytes);
-    let memory = Memory {
+    let merged = place::pool(declaration, &lifetimes, &usages, Sharing::Merged);
+    let heap = place::heap(declaration, &lifetimes, &usages, needs);
+    let mut memory = Memory {
         unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),
-        peak_live_bytes: live_bytes.iter().copied().max().unwrap_or(0),
-        pooled_bytes,
-        placed_bytes,
-        allocated_bytes: place::total(&slots),
+        peak_live_bytes: recorded.iter().copied().max().unwrap_or(0),
+        ordered_peak_live_bytes: live_bytes.iter().copied().max().unwrap_or(0),
+        pooled_bytes: merged.bytes(),
+        placed_bytes: heap.bytes(),
+        allocated_bytes: 0,
     };
-    Ok(Plan { order, culled, lifetimes, slots, slot_of, offsets, live_bytes, memory, usages })
+    let placed = match options.sharing {
+        Sharing::Merged => merged,
+        Sharing::Placed => heap,
+        other => place::pool(declaration, &lifetimes, &usages, other),
+    };
+    memory.allocated_bytes = placed.bytes();
+    let place::Placed { slots, slot_of, offsets } = placed;
+    Ok(Plan { order, steps, culled, lifetimes, slots, slot_of, offsets, live_bytes, memory, usages })
 }
 
 fn usages(declaration: &Declaration, order: &[usize]) -> Vec<u32> {

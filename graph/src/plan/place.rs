@@ -8,7 +8,7 @@
 //! ```
 
 use super::{
-    Sharing,
+    ALIGN, Need, Sharing,
     lifetimes::{Lifetime, transient},
 };
 use crate::declaration::{Declaration, ResourceKind};
@@ -17,20 +17,50 @@ use std::{
     collections::{BinaryHeap, HashMap},
 };
 
-/// One object and the transient resources it holds in turn.
+/// One object and the transient resources it holds.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Slot {
+    /// What kind of object it is.
+    pub kind: SlotKind,
     /// Bytes.
     pub bytes: u64,
     /// Union of the wgpu usage bits.
     pub usage: u32,
-    /// Resources, by time.
+    /// Resources, by time of first use.
     pub resources: Vec<usize>,
 }
 
+/// What a slot is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum SlotKind {
+    /// A wgpu texture or buffer that holds its resources one after the other, each at offset 0.
+    Object,
+    /// A wgpu buffer of which resources are ranges.
+    Arena,
+    /// Memory in which textures and buffers lie at offsets.
+    Heap,
+}
+
+/// Where transient resources lie.
+#[derive(Debug)]
+pub(super) struct Placed {
+    pub(super) slots: Vec<Slot>,
+    pub(super) slot_of: Vec<Option<usize>>,
+    pub(super) offsets: Vec<Option<u64>>,
+}
+
+impl Placed {
+    /// Bytes of all slots.
+    pub(super) fn bytes(&self) -> u64 {
+        self.slots.iter().fold(0, |total, slot| total.saturating_add(slot.bytes))
+    }
+}
+
 /// Resources with equal keys may share an object.
-fn key(declaration: &Declaration, resource: usize) -> (ResourceKind, u64) {
+fn key(declaration: &Declaration, resource: usize, usage: u32) -> (ResourceKind, u64, u32) {
     let resource = &declaration.resources[resource];
     let mut kind = resource.kind.clone();
     if let ResourceKind::Buffer(desc) = &mut kind {
@@ -38,7 +68,7 @@ fn key(declaration: &Declaration, resource: usize) -> (ResourceKind, u64) {
         desc.element = None;
         desc.size = desc.padded();
     }
-    (kind, resource.bytes)
+    (kind, resource.bytes, usage)
 }
 
 /// Last positions of slots, with the slots; earliest first.
@@ -46,27 +76,25 @@ type Ends = BinaryHeap<Reverse<(usize, usize)>>;
 
 /// Slots, and the slot of each resource. By first use, each resource takes a free object of its description: for equal
 /// descriptions that needs no more objects than are live at once.
-pub(super) fn pool(
-    declaration: &Declaration,
-    lifetimes: &[Option<Lifetime>],
-    usages: &[u32],
-    sharing: Sharing,
-) -> (Vec<Slot>, Vec<Option<usize>>) {
+pub(super) fn pool(declaration: &Declaration, lifetimes: &[Option<Lifetime>], usages: &[u32], sharing: Sharing) -> Placed {
     let mut items: Vec<(usize, Lifetime)> = transient(declaration, lifetimes).collect();
     items.sort_by_key(|(resource, lifetime)| (lifetime.first, *resource));
     let mut slots: Vec<Slot> = Vec::new();
     let mut slot_of = vec![None; declaration.resources.len()];
+    let mut offsets = vec![None; declaration.resources.len()];
     // By description: the slots, earliest end first.
-    let mut ends: HashMap<(ResourceKind, u64), Ends> = HashMap::new();
+    let mut ends: HashMap<(ResourceKind, u64, u32), Ends> = HashMap::new();
     for (resource, lifetime) in items {
-        let heap = ends.entry(key(declaration, resource)).or_default();
+        let heap =
+            ends.entry(key(declaration, resource, if sharing == Sharing::Exact { usages[resource] } else { 0 })).or_default();
         let slot = match heap.peek() {
-            Some(&Reverse((end, slot))) if end < lifetime.first && sharing == Sharing::Pool => {
+            Some(&Reverse((end, slot))) if end < lifetime.first && sharing != Sharing::Off => {
                 heap.pop();
                 slot
             }
             _ => {
-                slots.push(Slot { bytes: declaration.resources[resource].bytes, usage: 0, resources: Vec::new() });
+                let bytes = declaration.resources[resource].bytes;
+                slots.push(Slot { kind: SlotKind::Object, bytes, usage: 0, resources: Vec::new() });
                 slots.len() - 1
             }
         };
@@ -74,17 +102,10 @@ pub(super) fn pool(
         slots[slot].usage |= usages[resource];
         slots[slot].resources.push(resource);
         slot_of[resource] = Some(slot);
+        offsets[resource] = Some(0);
     }
-    (slots, slot_of)
+    Placed { slots, slot_of, offsets }
 }
-
-/// Bytes of all slots.
-pub(super) fn total(slots: &[Slot]) -> u64 {
-    slots.iter().fold(0, |total, slot| total.saturating_add(slot.bytes))
-}
-
-/// Offsets are multiples of this (bytes): the largest alignment `WebGPU` asks of a buffer binding.
-const ALIGN: u64 = 256;
 
 /// Beyond this many resources only the order of time is tried, whose cost is resources × live resources.
 const SEARCH: usize = 2048;
@@ -100,16 +121,21 @@ struct Block {
 type Order = fn(&Block) -> (u64, u64);
 
 /// Offsets in one heap and its size: first fit, in several orders, the smallest result.
-pub(super) fn heap(declaration: &Declaration, lifetimes: &[Option<Lifetime>], live_bytes: &[u64]) -> (Vec<Option<u64>>, u64) {
+pub(super) fn heap(
+    declaration: &Declaration,
+    lifetimes: &[Option<Lifetime>],
+    usages: &[u32],
+    needs: &dyn Fn(usize, u32) -> Need,
+) -> Placed {
     let by_time: Vec<Block> = {
         let mut blocks: Vec<Block> = transient(declaration, lifetimes)
-            .map(|(resource, lifetime)| Block { resource, lifetime, bytes: declaration.resources[resource].bytes })
+            .map(|(resource, lifetime)| Block { resource, lifetime, bytes: needs(resource, usages[resource]).bytes })
             .collect();
         blocks.sort_by_key(|block| (block.lifetime.first, Reverse(block.bytes), block.resource));
         blocks
     };
     let mut best = first_fit_by_time(&by_time);
-    let bound = live_bytes.iter().copied().max().unwrap_or(0);
+    let bound = 0;
     if by_time.len() <= SEARCH {
         let orders: [Order; 3] = [
             |block| (block.bytes, block.lifetime.last as u64 - block.lifetime.first as u64),
@@ -129,16 +155,19 @@ pub(super) fn heap(declaration: &Declaration, lifetimes: &[Option<Lifetime>], li
         }
     }
     let mut offsets = vec![None; declaration.resources.len()];
+    let mut slot_of = vec![None; declaration.resources.len()];
     for (block, offset) in best.0 {
         offsets[block.resource] = Some(offset);
+        slot_of[block.resource] = Some(0);
     }
-    (offsets, best.1)
+    let resources = by_time.iter().map(|block| block.resource).collect();
+    Placed { slots: vec![Slot { kind: SlotKind::Heap, bytes: best.1, usage: 0, resources }], slot_of, offsets }
 }
 
-type Placed = (Vec<(Block, u64)>, u64);
+type Fit = (Vec<(Block, u64)>, u64);
 
 /// Each block at the lowest offset free over its whole life.
-fn first_fit(blocks: &[Block]) -> Placed {
+fn first_fit(blocks: &[Block]) -> Fit {
     let mut placed: Vec<(Block, u64)> = Vec::with_capacity(blocks.len());
     let mut size = 0;
     for &block in blocks {
@@ -156,7 +185,7 @@ fn first_fit(blocks: &[Block]) -> Placed {
 }
 
 /// As [`first_fit`] for blocks sorted by their first use, where only blocks in use can be in the way.
-fn first_fit_by_time(blocks: &[Block]) -> Placed {
+fn first_fit_by_time(blocks: &[Block]) -> Fit {
     let mut placed = Vec::with_capacity(blocks.len());
     let mut size = 0;
     // Sorted by offset: (offset, end, last position).

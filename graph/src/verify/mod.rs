@@ -213,10 +213,7 @@ impl Check<'_> {
                     }
                 };
                 let write = if self.binding.writes { Write::Keep } else { Write::No };
-                Ok((
-                    bound,
-                    Some(Access { resource: *index, binding: self.binding.name.clone(), read: self.binding.reads, write, usage }),
-                ))
+                Ok((bound, Some(Access::new(*index, &self.binding.name, self.binding.reads, write, usage))))
             }
         }
     }

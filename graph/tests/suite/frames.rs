@@ -183,6 +183,6 @@ fn a_shipped_renderers_frame_meets_its_numbers() {
     assert_eq!(mib(memory.peak_live_bytes), 134.7);
     assert!(memory.pooled_bytes < memory.unshared_bytes, "sharing saves memory");
     assert!(memory.placed_bytes >= memory.peak_live_bytes && memory.placed_bytes <= memory.pooled_bytes, "{memory:?}");
-    let off = lightloom_graph::plan(&declaration, &PlanOptions { sharing: Sharing::Off }).unwrap();
+    let off = lightloom_graph::plan(&declaration, &PlanOptions::default().sharing(Sharing::Off)).unwrap();
     assert_eq!(off.memory.allocated_bytes, off.memory.unshared_bytes);
 }

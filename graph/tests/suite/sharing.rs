@@ -83,8 +83,8 @@ fn the_image_is_the_same_bit_for_bit_and_takes_less_memory() {
     let Some(mut executor) = executor() else { return };
     let (alone, off) = run(&mut executor, Sharing::Off);
     let mut fresh = Executor::from_device(executor.device().clone(), executor.queue().clone());
-    let (shared, pool) = run(&mut fresh, Sharing::Pool);
-    let (again, _) = run(&mut fresh, Sharing::Pool);
+    let (shared, pool) = run(&mut fresh, Sharing::Merged);
+    let (again, _) = run(&mut fresh, Sharing::Merged);
     assert_eq!(alone.len(), 37 * 23 * 16);
     assert!(alone.iter().any(|byte| *byte != 0), "the image is not empty");
     assert_eq!(alone, shared, "sharing changes nothing");

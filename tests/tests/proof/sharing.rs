@@ -16,7 +16,7 @@ fn a_frame_is_the_same_with_and_without_sharing() {
     let frame = Frame { photons: settings(70_000, 4, 13), deterministic: true };
     lab.executor.set_sharing(Sharing::Off);
     let apart = lab.estimate(&gpu_scene, &view, frame, &mut all);
-    lab.executor.set_sharing(Sharing::Pool);
+    lab.executor.set_sharing(Sharing::Merged);
     // The second frame finds the pool's memory full of the first one's contents.
     for round in 0..2 {
         let shared = lab.estimate(&gpu_scene, &view, frame, &mut all);
