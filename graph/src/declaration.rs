@@ -158,6 +158,8 @@ pub enum Attachment {
     Color(u32),
     /// The depth buffer.
     Depth,
+    /// Nowhere: the pass only clears it.
+    Clear,
 }
 
 /// How an access writes.

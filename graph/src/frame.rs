@@ -1,10 +1,11 @@
 //! Frame files, version 1: a declaration as JSON, without shaders.
 
 use crate::{
-    BufferDesc, TextureDesc,
+    BufferDesc, Subresources, TextureDesc,
     declaration::{Access, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write},
     error::{GraphError, did_you_mean},
     format,
+    plan::cells::Cells,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _};
 use std::collections::{BTreeMap, HashMap};
@@ -70,11 +71,31 @@ struct FramePass {
     name: String,
     kind: PassKind,
     #[serde(default)]
-    reads: Vec<String>,
+    reads: Vec<FrameRead>,
     #[serde(default)]
     writes: Vec<FrameWrite>,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     side_effect: bool,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pinned: bool,
+}
+
+/// A resource read: its name, or name and part.
+#[derive(PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "a resource's name, or {\"resource\": name, \"mips\": [first, end], \"layers\": [first, end]}")]
+enum FrameRead {
+    Whole(String),
+    Part(FramePart),
+}
+
+#[derive(PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FramePart {
+    resource: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mips: Option<[u32; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    layers: Option<[u32; 2]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -83,6 +104,20 @@ struct FrameWrite {
     resource: String,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     preserve: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mips: Option<[u32; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    layers: Option<[u32; 2]>,
+}
+
+/// The range of a part, as a frame file has it: nothing for all.
+fn range(of: [u32; 2]) -> Option<[u32; 2]> {
+    (of != Subresources::ALL.mips).then_some(of)
+}
+
+fn part(mips: Option<[u32; 2]>, layers: Option<[u32; 2]>) -> Subresources {
+    let all = Subresources::ALL;
+    Subresources { mips: mips.unwrap_or(all.mips), layers: layers.unwrap_or(all.layers) }
 }
 
 impl Declaration {
@@ -195,14 +230,17 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
 }
 
 fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, errors: &mut Vec<GraphError>) -> PassDecl {
-    // One access per resource: `true` if it reads, and how it writes.
-    let mut merged: BTreeMap<usize, (bool, Write)> = BTreeMap::new();
-    let reads = pass.reads.iter().map(|name| (name, true, Write::No, "reads"));
+    // One access per resource and part: `true` if it reads, and how it writes.
+    let mut merged: BTreeMap<(usize, [u32; 2], [u32; 2]), (bool, Write)> = BTreeMap::new();
+    let reads = pass.reads.iter().map(|read| match read {
+        FrameRead::Whole(name) => (name, Subresources::ALL, true, Write::No, "reads"),
+        FrameRead::Part(read) => (&read.resource, part(read.mips, read.layers), true, Write::No, "reads"),
+    });
     let writes = pass.writes.iter().map(|write| {
         let kind = if write.preserve { Write::Keep } else { Write::Overwrite };
-        (&write.resource, write.preserve, kind, "writes")
+        (&write.resource, part(write.mips, write.layers), write.preserve, kind, "writes")
     });
-    for (name, read, write, verb) in reads.chain(writes) {
+    for (name, part, read, write, verb) in reads.chain(writes) {
         let Some(&resource) = index.get(name) else {
             errors.push(GraphError::UnknownResource {
                 frame: frame.to_owned(),
@@ -213,7 +251,7 @@ fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, error
             });
             continue;
         };
-        let entry = merged.entry(resource).or_insert((false, Write::No));
+        let entry = merged.entry((resource, part.mips, part.layers)).or_insert((false, Write::No));
         entry.0 |= read;
         if entry.1 != Write::Keep {
             entry.1 = if write == Write::No { entry.1 } else { write };
@@ -221,8 +259,9 @@ fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, error
     }
     let accesses = merged
         .into_iter()
-        .map(|(resource, (read, write))| {
-            Access::new(resource, if write == Write::No { "reads" } else { "writes" }, read, write, 0)
+        .map(|((resource, mips, layers), (read, write))| Access {
+            part: Subresources { mips, layers },
+            ..Access::new(resource, if write == Write::No { "reads" } else { "writes" }, read, write, 0)
         })
         .collect();
     PassDecl {
@@ -242,26 +281,56 @@ impl From<&Declaration> for Frame {
         let name = |resource: usize| declaration.resources.get(resource).map_or_else(String::new, |r| r.name.clone());
         let mut passes = Vec::new();
         // A write that keeps earlier contents needs them only if there are any.
-        let mut written: Vec<bool> = declaration.resources.iter().map(|r| r.origin.has_contents()).collect();
+        let mut contents = Contents::new(declaration);
         for pass in &declaration.passes {
             let (mut reads, mut writes) = (Vec::new(), Vec::new());
             for access in &pass.accesses {
                 if access.writes() {
-                    let kept = access.write == Write::Keep && written.get(access.resource).copied().unwrap_or(false);
-                    writes.push(FrameWrite { resource: name(access.resource), preserve: access.read || kept });
+                    let preserve = access.read || (access.write == Write::Keep && contents.has(access));
+                    let (mips, layers) = (range(access.part.mips), range(access.part.layers));
+                    writes.push(FrameWrite { resource: name(access.resource), preserve, mips, layers });
+                } else if access.part.is_all() {
+                    reads.push(FrameRead::Whole(name(access.resource)));
                 } else {
-                    reads.push(name(access.resource));
+                    let (mips, layers) = (range(access.part.mips), range(access.part.layers));
+                    reads.push(FrameRead::Part(FramePart { resource: name(access.resource), mips, layers }));
                 }
             }
-            for access in pass.accesses.iter().filter(|access| access.writes()) {
-                if let Some(written) = written.get_mut(access.resource) {
-                    *written = true;
-                }
-            }
+            contents.write(pass);
             reads.dedup();
-            passes.push(FramePass { name: pass.name.clone(), kind: pass.kind, reads, writes, side_effect: pass.side_effect });
+            let (side_effect, pinned) = (pass.side_effect, pass.pinned);
+            passes.push(FramePass { name: pass.name.clone(), kind: pass.kind, reads, writes, side_effect, pinned });
         }
         Self { version: None, frame: declaration.name.clone(), resources, passes }
+    }
+}
+
+/// Which parts of resources have contents, while the passes go by.
+struct Contents(Option<(Cells, Vec<bool>)>);
+
+impl Contents {
+    fn new(declaration: &Declaration) -> Self {
+        let resources = &declaration.resources;
+        let sound = declaration.passes.iter().flat_map(|pass| &pass.accesses).all(|access| access.resource < resources.len());
+        Self(sound.then(|| {
+            let cells = Cells::new(declaration);
+            let mut written = vec![false; cells.len()];
+            for (index, _) in resources.iter().enumerate().filter(|(_, resource)| resource.origin.has_contents()) {
+                written[cells.of_resource(index)].fill(true);
+            }
+            (cells, written)
+        }))
+    }
+
+    fn has(&self, access: &Access) -> bool {
+        self.0.as_ref().is_some_and(|(cells, written)| cells.of(access).all(|cell| written[cell]))
+    }
+
+    fn write(&mut self, pass: &PassDecl) {
+        if let Some((cells, written)) = &mut self.0 {
+            let writes = pass.accesses.iter().filter(|access| access.writes());
+            writes.flat_map(|access| cells.of(access)).for_each(|cell| written[cell] = true);
+        }
     }
 }
 

@@ -239,6 +239,20 @@ pub enum GraphError {
         /// The handle's name.
         resource: String,
     },
+    /// Mips or layers that the texture does not have.
+    #[error("{at}: `{resource}` has no {part}: it has {mips} mips and {layers} layers, counted from 0; name some of these")]
+    NoSuchPart {
+        /// The pass.
+        at: PassPlace,
+        /// Resource.
+        resource: String,
+        /// What was asked for.
+        part: String,
+        /// Mip levels there are.
+        mips: u32,
+        /// Layers there are.
+        layers: u32,
+    },
     // ---- raster ----
     /// The fragment output has no member of that name.
     #[error("{at}: `{attachment}` is no output of the fragment stage ({shader}); it has {known}")]

@@ -1,26 +1,26 @@
-//! Leaves out passes whose results nothing uses, and says why.
+//! Leaves out passes whose results nothing uses, and says why, with the chain of passes that do not need them.
 
-use super::{Culled, dependencies::Edge};
+use super::{Culled, cells::Cells, dependencies::Edge};
 use crate::declaration::{Declaration, PassDecl, Write};
+use std::fmt::Write as _;
 
 /// Per pass whether it runs, and the reasons of those that do not.
-pub(super) fn cull(declaration: &Declaration, edges: &[Edge]) -> (Vec<bool>, Vec<Culled>) {
-    let mut needs: Vec<Vec<usize>> = vec![Vec::new(); declaration.passes.len()];
-    for edge in edges.iter().filter(|edge| edge.data) {
-        needs[edge.to].push(edge.from);
-    }
-    let mut live = vec![false; declaration.passes.len()];
-    let mut stack: Vec<usize> =
-        (0..declaration.passes.len()).filter(|&pass| is_root(declaration, &declaration.passes[pass])).collect();
-    while let Some(pass) = stack.pop() {
-        if !std::mem::replace(&mut live[pass], true) {
-            stack.extend(&needs[pass]);
+pub(super) fn cull(declaration: &Declaration, cells: &Cells, edges: &[Edge]) -> (Vec<bool>, Vec<Culled>) {
+    let passes = declaration.passes.len();
+    let mut live: Vec<bool> = declaration.passes.iter().map(|pass| is_root(declaration, pass)).collect();
+    if !live.iter().all(|&live| live) {
+        // Edges lead forwards and come by their target, so one sweep from the back reaches all that a root needs.
+        for edge in edges.iter().rev().filter(|edge| edge.data) {
+            live[edge.from] |= live[edge.to];
         }
     }
-    let uses = uses(declaration);
-    let culled = (0..live.len())
+    if live.iter().all(|&live| live) {
+        return (live, Vec::new());
+    }
+    let chains = Chains::new(declaration, cells);
+    let culled = (0..passes)
         .filter(|&pass| !live[pass])
-        .map(|index| Culled { index, pass: declaration.passes[index].name.clone(), reason: reason(declaration, &uses, index) })
+        .map(|index| Culled { index, pass: declaration.passes[index].name.clone(), reason: chains.reason(index) })
         .collect();
     (live, culled)
 }
@@ -33,30 +33,108 @@ fn is_root(declaration: &Declaration, pass: &PassDecl) -> bool {
         })
 }
 
-/// Per resource: the passes that use it, with whether they see earlier contents.
-fn uses(declaration: &Declaration) -> Vec<Vec<(usize, bool)>> {
-    let mut uses = vec![Vec::new(); declaration.resources.len()];
-    for (index, pass) in declaration.passes.iter().enumerate() {
-        for access in &pass.accesses {
-            uses[access.resource].push((index, access.read || access.write != Write::Overwrite));
-        }
-    }
-    uses
+/// Steps of a chain that are spelt out.
+const LINKS: usize = 6;
+
+/// What becomes of what passes write.
+struct Chains<'a> {
+    declaration: &'a Declaration,
+    cells: &'a Cells,
+    /// Per cell: the passes that use it, in recorded order, with whether they see earlier contents.
+    uses: Vec<Vec<(usize, bool)>>,
 }
 
-fn reason(declaration: &Declaration, uses: &[Vec<(usize, bool)>], index: usize) -> String {
-    let pass = &declaration.passes[index];
-    let mut reasons = Vec::new();
-    for access in pass.accesses.iter().filter(|access| access.writes()) {
-        let name = &declaration.resources[access.resource].name;
-        let after = uses[access.resource].partition_point(|&(other, _)| other <= index);
-        reasons.push(match uses[access.resource].get(after) {
-            None => format!("nothing reads `{name}`"),
-            Some(&(other, true)) => format!("`{name}` is used by `{}`, which is culled too", declaration.passes[other].name),
-            Some(&(other, false)) => format!("`{}` overwrites `{name}` before anything reads it", declaration.passes[other].name),
-        });
+impl<'a> Chains<'a> {
+    fn new(declaration: &'a Declaration, cells: &'a Cells) -> Self {
+        let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); cells.len()];
+        for (index, pass) in declaration.passes.iter().enumerate() {
+            for access in &pass.accesses {
+                for cell in cells.of(access) {
+                    uses[cell].push((index, access.read || access.write != Write::Overwrite));
+                }
+            }
+        }
+        Self { declaration, cells, uses }
     }
-    if reasons.is_empty() { "writes nothing and has no side effect".to_owned() } else { reasons.join("; ") }
+
+    fn name(&self, pass: usize) -> &str {
+        &self.declaration.passes[pass].name
+    }
+
+    /// Why `pass` does not run. Each thing it writes has a chain that ends where nothing follows.
+    fn reason(&self, pass: usize) -> String {
+        let mut text = String::new();
+        for (resource, fate) in self.fates(pass) {
+            let separator = if text.is_empty() { "" } else { "; " };
+            let _ = write!(text, "{separator}writes `{resource}`, ");
+            self.follow(fate, &mut text);
+        }
+        if text.is_empty() { "writes nothing and has no side effect".to_owned() } else { text }
+    }
+
+    /// Tells a fate, and what became of what its readers wrote from it.
+    fn follow(&self, mut fate: Fate, text: &mut String) {
+        for link in 0.. {
+            match fate {
+                Fate::Unread => {
+                    text.push_str("which nothing reads");
+                    return;
+                }
+                Fate::Overwritten(by) => {
+                    let _ = write!(text, "which `{}` overwrites before anything reads it", self.name(by));
+                    return;
+                }
+                Fate::Read(by, others) => {
+                    let _ = write!(text, "read only by `{}`", self.name(by));
+                    if others > 0 {
+                        let _ = write!(text, " and {others} more that are culled");
+                    }
+                    let Some((resource, next)) = self.fates(by).into_iter().next() else {
+                        text.push_str(", which writes nothing and has no side effect");
+                        return;
+                    };
+                    if link == LINKS {
+                        text.push_str(", which is culled in turn");
+                        return;
+                    }
+                    let _ = write!(text, ", which writes `{resource}`, ");
+                    fate = next;
+                }
+            }
+        }
+    }
+
+    /// Per resource that `pass` writes, in the order of its accesses: its name, and what becomes of it.
+    fn fates(&self, pass: usize) -> Vec<(&'a str, Fate)> {
+        let mut fates: Vec<(&str, Fate)> = Vec::new();
+        for access in self.declaration.passes[pass].accesses.iter().filter(|access| access.writes()) {
+            let mut fate = Fate::Unread;
+            for cell in self.cells.of(access) {
+                let after = self.uses[cell].partition_point(|&(other, _)| other <= pass);
+                let found = match self.uses[cell].get(after) {
+                    None => Fate::Unread,
+                    Some(&(by, false)) => Fate::Overwritten(by),
+                    Some(&(by, true)) => {
+                        let readers = self.uses[cell][after..].iter().take_while(|(_, sees)| *sees);
+                        Fate::Read(by, readers.filter(|(other, _)| *other != by).count())
+                    }
+                };
+                if matches!(fate, Fate::Unread) || matches!((&fate, &found), (Fate::Overwritten(_), Fate::Read(..))) {
+                    fate = found;
+                }
+            }
+            fates.push((&self.declaration.resources[access.resource].name, fate));
+        }
+        fates
+    }
+}
+
+/// What becomes of what a culled pass wrote.
+enum Fate {
+    Unread,
+    Overwritten(usize),
+    /// By this culled pass first, and by so many others.
+    Read(usize, usize),
 }
 
 #[cfg(test)]
@@ -65,7 +143,7 @@ mod tests {
     use crate::Declaration;
 
     #[test]
-    fn every_culled_pass_has_its_reason() {
+    fn every_culled_pass_has_its_chain() {
         let frame = r#"{"frame": "f",
             "resources": [{"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4},
                           {"name": "a", "kind": "buffer", "origin": "transient", "bytes": 4},
@@ -82,11 +160,27 @@ mod tests {
         assert_eq!(
             reasons,
             [
-                ("overwritten", "`source` overwrites `a` before anything reads it"),
-                ("dead", "`b` is used by `dead too`, which is culled too"),
-                ("dead too", "nothing reads `b`"),
+                ("overwritten", "writes `a`, which `source` overwrites before anything reads it"),
+                ("dead", "writes `b`, read only by `dead too`, which writes `b`, which nothing reads"),
+                ("dead too", "writes `b`, which nothing reads"),
                 ("idle", "writes nothing and has no side effect"),
             ]
         );
+    }
+
+    #[test]
+    fn a_long_chain_is_cut_short() {
+        let pass = |i: usize| {
+            let reads = if i == 0 { String::new() } else { format!("\"r{}\"", i - 1) };
+            format!(r#"{{"name": "p{i}", "kind": "compute", "reads": [{reads}], "writes": [{{"resource": "r{i}"}}]}}"#)
+        };
+        let resource = |i: usize| format!(r#"{{"name": "r{i}", "kind": "buffer", "origin": "transient", "bytes": 4}}"#);
+        let join = |f: &dyn Fn(usize) -> String| (0..50).map(f).collect::<Vec<_>>().join(",");
+        let frame = format!(r#"{{"frame": "f", "resources": [{}], "passes": [{}]}}"#, join(&resource), join(&pass));
+        let plan = plan(&Declaration::from_frame_json(&frame).unwrap(), &PlanOptions::default()).unwrap();
+        assert_eq!(plan.culled.len(), 50);
+        assert!(plan.culled[0].reason.starts_with("writes `r0`, read only by `p1`, which writes `r1`, read only by `p2`"));
+        assert!(plan.culled[0].reason.ends_with("read only by `p7`, which is culled in turn"), "{}", plan.culled[0].reason);
+        assert!(plan.culled[48].reason.ends_with("which writes `r49`, which nothing reads"));
     }
 }

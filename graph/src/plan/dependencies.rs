@@ -1,5 +1,6 @@
 //! Which pass needs which earlier pass, and why.
 
+use super::cells::Cells;
 use crate::declaration::{Declaration, Write};
 
 /// An edge from an earlier pass to a later one.
@@ -11,36 +12,48 @@ pub(super) struct Edge {
     pub(super) data: bool,
 }
 
+/// No pass, or the end of a list.
+const NONE: u32 = u32::MAX;
+
 /// All edges, in recorded order of `to`; all lead forwards.
-pub(super) fn dependencies(declaration: &Declaration) -> Vec<Edge> {
-    let mut writer: Vec<Option<usize>> = vec![None; declaration.resources.len()];
-    let mut readers: Vec<Vec<usize>> = vec![Vec::new(); declaration.resources.len()];
-    let mut edges = Vec::new();
-    for (to, pass) in declaration.passes.iter().enumerate() {
-        for access in pass.accesses.iter().filter(|access| access.read || !access.writes()) {
-            if let Some(from) = writer[access.resource] {
-                edges.push(Edge { from, to, data: true });
-            }
+pub(super) fn dependencies(declaration: &Declaration, cells: &Cells) -> Vec<Edge> {
+    let mut writer = vec![NONE; cells.len()];
+    // Readers of each cell since its last write, as lists in one vector: (pass, next).
+    let mut readers = vec![NONE; cells.len()];
+    let mut links: Vec<(u32, u32)> = Vec::new();
+    let mut edges = Vec::with_capacity(declaration.passes.len() * 4);
+    let mut join = |from: u32, to: usize, data: bool| {
+        if from != NONE && from as usize != to {
+            edges.push(Edge { from: from as usize, to, data });
         }
-        for access in pass.accesses.iter().filter(|access| access.writes()) {
-            if let Some(from) = writer[access.resource] {
-                edges.push(Edge { from, to, data: access.write == Write::Keep });
+    };
+    for (to, pass) in declaration.passes.iter().enumerate() {
+        for access in &pass.accesses {
+            let data = access.read || access.write != Write::Overwrite;
+            for cell in cells.of(access) {
+                join(writer[cell], to, data);
+                if access.writes() {
+                    let mut link = readers[cell];
+                    while link != NONE {
+                        let (reader, next) = links[link as usize];
+                        join(reader, to, false);
+                        link = next;
+                    }
+                }
             }
-            edges.extend(readers[access.resource].drain(..).filter(|&from| from != to).map(|from| Edge {
-                from,
-                to,
-                data: false,
-            }));
         }
         for access in &pass.accesses {
-            if access.writes() {
-                writer[access.resource] = Some(to);
-            } else {
-                readers[access.resource].push(to);
+            for cell in cells.of(access) {
+                if access.writes() {
+                    writer[cell] = to as u32;
+                    readers[cell] = NONE;
+                } else {
+                    links.push((to as u32, readers[cell]));
+                    readers[cell] = links.len() as u32 - 1;
+                }
             }
         }
     }
-    edges.retain(|edge| edge.from != edge.to);
     edges
 }
 
@@ -56,10 +69,26 @@ mod tests {
                        {"name": "read", "kind": "compute", "reads": ["a"]},
                        {"name": "add", "kind": "compute", "writes": [{"resource": "a", "preserve": true}]},
                        {"name": "clear", "kind": "compute", "writes": [{"resource": "a"}]}]}"#;
-        let mut edges = dependencies(&Declaration::from_frame_json(frame).unwrap());
+        let declaration = Declaration::from_frame_json(frame).unwrap();
+        let mut edges = dependencies(&declaration, &Cells::new(&declaration));
         edges.sort_by_key(|edge| (edge.from, edge.to, edge.data));
         edges.dedup();
         let edge = |from, to, data| Edge { from, to, data };
         assert_eq!(edges, [edge(0, 1, true), edge(0, 2, true), edge(1, 2, false), edge(2, 3, false)]);
+    }
+
+    #[test]
+    fn mips_are_written_apart() {
+        let frame = r#"{"frame": "f",
+            "resources": [{"name": "t", "kind": "texture", "origin": "transient", "format": "r32float", "size": [8, 8, 1], "mips": 3}],
+            "passes": [{"name": "0", "kind": "compute", "writes": [{"resource": "t", "mips": [0, 1]}]},
+                       {"name": "1", "kind": "compute", "reads": [{"resource": "t", "mips": [0, 1]}], "writes": [{"resource": "t", "mips": [1, 2]}]},
+                       {"name": "again", "kind": "compute", "writes": [{"resource": "t", "mips": [2, 3]}]},
+                       {"name": "all", "kind": "compute", "reads": ["t"]}]}"#;
+        let declaration = Declaration::from_frame_json(frame).unwrap();
+        let mut edges: Vec<(usize, usize)> =
+            dependencies(&declaration, &Cells::new(&declaration)).iter().map(|edge| (edge.from, edge.to)).collect();
+        edges.sort_unstable();
+        assert_eq!(edges, [(0, 1), (0, 3), (1, 3), (2, 3)], "mip 2 waits for nobody");
     }
 }

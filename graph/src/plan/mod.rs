@@ -1,16 +1,17 @@
 //! From a declaration to a plan: a pure function, one file per phase.
 //!
 //! ```text
-//!   validate → dependencies → cull → merge → order → lifetimes → place
+//!   validate → cells → dependencies → cull → merge → order → lifetimes → place
 //! ```
 
+pub(crate) mod cells;
 mod cull;
 mod dependencies;
 mod lifetimes;
 mod merge;
 mod order;
 mod place;
-mod validate;
+pub(crate) mod validate;
 
 use crate::{declaration::Declaration, error::GraphError};
 pub use lifetimes::Lifetime;
@@ -157,11 +158,11 @@ pub fn plan_with_needs(
     options: &PlanOptions,
     needs: &dyn Fn(usize, u32) -> Need,
 ) -> Result<Plan, GraphError> {
-    if let Some(error) = GraphError::collect(validate::validate(declaration)) {
-        return Err(error);
-    }
-    let dependencies = dependencies::dependencies(declaration);
-    let (live, culled) = cull::cull(declaration, &dependencies);
+    validate::indices(declaration)?;
+    let cells = cells::Cells::new(declaration);
+    validate::contents(declaration, &cells)?;
+    let dependencies = dependencies::dependencies(declaration, &cells);
+    let (live, culled) = cull::cull(declaration, &cells, &dependencies);
     let units = merge::merge(declaration, &live);
     let sequence = order::order(declaration, &units, &dependencies, options.order)
         .map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;

@@ -1,13 +1,15 @@
 //! Refuses frames that cannot mean anything: what shows only over the whole frame.
 
+use super::cells::{self, Cells};
 use crate::{
+    Subresources,
     declaration::{Declaration, Origin},
-    error::GraphError,
+    error::{GraphError, PassPlace},
 };
 use std::collections::HashMap;
 
-/// All mistakes of a declaration.
-pub(super) fn validate(declaration: &Declaration) -> Vec<GraphError> {
+/// Names, indices and parts that do not fit.
+pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
     let mut errors = Vec::new();
     unique("resource", declaration, declaration.resources.iter().map(|resource| resource.name.as_str()), &mut errors);
     unique("pass", declaration, declaration.passes.iter().map(|pass| pass.name.as_str()), &mut errors);
@@ -21,14 +23,35 @@ pub(super) fn validate(declaration: &Declaration) -> Vec<GraphError> {
                     resource: format!("#{}", access.resource),
                     hint: String::new(),
                 });
+            } else if !access.part.is_all() {
+                errors.extend(part_error(declaration, access.resource, access.part, &pass.place()));
             }
         }
     }
-    // The rest follows indices, so it needs them to be sound.
-    if errors.is_empty() {
-        stale(declaration, &mut errors);
+    GraphError::collect(errors).map_or(Ok(()), Err)
+}
+
+/// If the resource has no such mips or layers.
+pub(crate) fn part_error(declaration: &Declaration, resource: usize, part: Subresources, at: &PassPlace) -> Option<GraphError> {
+    let [mips, layers] = cells::counts(declaration, resource);
+    let inside = |[start, end]: [u32; 2], count: u32| start < end && start < count && (end <= count || end == u32::MAX);
+    if inside(part.mips, mips) && inside(part.layers, layers) {
+        return None;
     }
-    errors
+    Some(GraphError::NoSuchPart {
+        at: at.clone(),
+        resource: declaration.resources[resource].name.clone(),
+        part: part.to_string(),
+        mips,
+        layers,
+    })
+}
+
+/// Reads of what nothing wrote, and writes to a previous frame.
+pub(super) fn contents(declaration: &Declaration, cells: &Cells) -> Result<(), GraphError> {
+    let mut errors = Vec::new();
+    stale(declaration, cells, &mut errors);
+    GraphError::collect(errors).map_or(Ok(()), Err)
 }
 
 fn unique<'a>(what: &'static str, declaration: &Declaration, names: impl Iterator<Item = &'a str>, errors: &mut Vec<GraphError>) {
@@ -43,9 +66,11 @@ fn unique<'a>(what: &'static str, declaration: &Declaration, names: impl Iterato
     }
 }
 
-/// Reads of what nothing wrote, and writes to a previous frame.
-fn stale(declaration: &Declaration, errors: &mut Vec<GraphError>) {
-    let mut written: Vec<bool> = declaration.resources.iter().map(|resource| resource.origin.has_contents()).collect();
+fn stale(declaration: &Declaration, cells: &Cells, errors: &mut Vec<GraphError>) {
+    let mut written = vec![false; cells.len()];
+    for (index, _) in declaration.resources.iter().enumerate().filter(|(_, resource)| resource.origin.has_contents()) {
+        written[cells.of_resource(index)].fill(true);
+    }
     let mut writers: Option<Vec<Vec<usize>>> = None;
     for (index, pass) in declaration.passes.iter().enumerate() {
         for access in &pass.accesses {
@@ -53,11 +78,15 @@ fn stale(declaration: &Declaration, errors: &mut Vec<GraphError>) {
             if access.writes() && resource.origin == Origin::Previous {
                 errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.clone() });
             }
-            if !access.read || written[access.resource] {
+            if !access.read || cells.of(access).all(|cell| written[cell]) {
                 continue;
             }
             let writers = writers.get_or_insert_with(|| all_writers(declaration));
-            let later = writers[access.resource].iter().copied().find(|&writer| writer > index);
+            let missing = |writer: usize| {
+                let wrote = |cell| declaration.passes[writer].accesses.iter().any(|a| a.writes() && cells.of(a).any(|c| c == cell));
+                cells.of(access).any(|cell| !written[cell] && wrote(cell))
+            };
+            let later = writers[access.resource].iter().copied().find(|&writer| writer > index && missing(writer));
             if let Some(path) = later.and_then(|later| cycle(declaration, writers, index, access.resource, later)) {
                 errors.push(GraphError::Cycle { path });
                 continue;
@@ -71,15 +100,16 @@ fn stale(declaration: &Declaration, errors: &mut Vec<GraphError>) {
                     "write or clear it first (`clear_buffer`, `Load::Clear`), or keep it between frames as history".to_owned()
                 }
             };
+            let part = if access.part.is_all() { String::new() } else { format!(", {}", access.part) };
             errors.push(GraphError::StaleRead {
                 at: pass.place(),
                 resource: resource.name.clone(),
-                how: access.binding.clone(),
+                how: format!("{}{part}", access.binding),
                 mend,
             });
         }
         for access in pass.accesses.iter().filter(|access| access.writes()) {
-            written[access.resource] = true;
+            cells.of(access).for_each(|cell| written[cell] = true);
         }
     }
 }
