@@ -49,8 +49,8 @@ pub enum Origin {
     Transient,
     /// The caller's.
     Imported,
-    /// Kept between frames, as a frame file states it: readable at once, and written for the next frame.
-    History,
+    /// Kept between frames: readable at once, and what is written stays for the next frame. Frame files call it history.
+    Persistent,
     /// The last frame's half of a history pair: read only.
     Previous,
     /// This frame's half of a history pair: write before reading.
@@ -60,12 +60,12 @@ pub enum Origin {
 impl Origin {
     /// Whether reading it before anything wrote it is fine.
     pub(crate) fn has_contents(self) -> bool {
-        matches!(self, Self::Imported | Self::History | Self::Previous)
+        matches!(self, Self::Imported | Self::Persistent | Self::Previous)
     }
 
     /// Whether what is written to it outlives the frame.
     pub(crate) fn outlives_frame(self) -> bool {
-        matches!(self, Self::Imported | Self::History | Self::Current)
+        matches!(self, Self::Imported | Self::Persistent | Self::Current)
     }
 }
 

@@ -195,7 +195,7 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
     let origin = match resource.origin {
         FrameOrigin::Transient => Origin::Transient,
         FrameOrigin::Imported => Origin::Imported,
-        FrameOrigin::History => Origin::History,
+        FrameOrigin::History => Origin::Persistent,
     };
     let (kind, bytes) = match resource.kind {
         Kind::Buffer => {
@@ -338,7 +338,7 @@ fn frame_resource(resource: &ResourceDecl) -> FrameResource {
     let origin = match resource.origin {
         Origin::Transient => FrameOrigin::Transient,
         Origin::Imported => FrameOrigin::Imported,
-        Origin::History | Origin::Previous | Origin::Current => FrameOrigin::History,
+        Origin::Persistent | Origin::Previous | Origin::Current => FrameOrigin::History,
     };
     let mut frame = FrameResource {
         name: resource.name.clone(),

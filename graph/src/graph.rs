@@ -1,14 +1,14 @@
 //! The declaration of one frame by code.
 
 use crate::{
-    BufferDesc, ComputeShader, Handle, History, RasterShader, Resource, TextureDesc,
+    BufferDesc, ComputeShader, Handle, History, RasterShader, Resource, Subresources, TextureDesc,
     closure::Record,
-    declaration::{Access, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write, rust_place},
+    declaration::{Access, Attachment, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write, rust_place},
     error::{GraphError, PassPlace},
     handle::{Buffer, Texture},
-    pass::{Calls, ClosurePass, ComputePass, RasterPass},
+    pass::{Calls, ClosurePass, ComputePass, Draw, Groups, Load, RasterPass},
     plan::{Plan, PlanOptions},
-    raster::Targets,
+    raster::{Target, Targets},
     verify::Bound,
 };
 use std::{
@@ -33,6 +33,8 @@ pub struct Graph<'f> {
     pub(crate) declaration: Declaration,
     pub(crate) work: Vec<Work<'f>>,
     pub(crate) objects: Vec<Object>,
+    /// First contents of resources kept between frames, by index.
+    pub(crate) initials: Vec<(usize, Arc<[u8]>)>,
     pub(crate) readbacks: u32,
     errors: Vec<GraphError>,
     resource_names: HashMap<String, u32>,
@@ -56,13 +58,34 @@ pub(crate) struct Recorded<'f> {
 /// What a pass does.
 #[derive(Debug)]
 pub(crate) enum Work<'f> {
-    Compute { shader: ComputeShader, bound: Vec<Bound>, params: Option<Vec<u8>>, groups: [u32; 3] },
-    Raster { shader: RasterShader, bound: Vec<Bound>, params: Option<Vec<u8>>, targets: Targets, vertices: u32, instances: u32 },
+    Compute { shader: ComputeShader, bound: Vec<Bound>, params: Option<Vec<u8>>, groups: Groups },
+    Raster { shader: RasterShader, bound: Vec<Bound>, params: Option<Vec<u8>>, targets: Targets, draw: Draw },
+    ClearTexture { target: Cleared },
     ClearBuffer { buffer: usize },
     CopyBuffer { from: usize, to: usize },
     CopyTexture { from: usize, to: usize },
     Readback { resource: usize, index: u32 },
     Closure(Record<'f>),
+}
+
+/// A part of a texture, and what it is filled with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Cleared {
+    Color(Target<wgpu::Color>),
+    Depth(Target<f32>),
+}
+
+/// What a resource that is kept between frames holds when it is made anew: in the first frame, and after its description
+/// changed or history was reset.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub enum Initial {
+    /// Zero bytes.
+    #[default]
+    Zero,
+    /// These bytes: a buffer's, or the rows of a texture's first mip level, layer after layer, tightly packed; its other
+    /// mips are zero.
+    Bytes(Arc<[u8]>),
 }
 
 /// Names the bytes a frame brings back; see [`FrameOutput::bytes`](crate::FrameOutput::bytes).
@@ -80,6 +103,7 @@ impl<'f> Graph<'f> {
             declaration: Declaration { name: name.to_owned(), ..Declaration::default() },
             work: Vec::new(),
             objects: Vec::new(),
+            initials: Vec::new(),
             readbacks: 0,
             errors: Vec::new(),
             resource_names: HashMap::new(),
@@ -118,24 +142,69 @@ impl<'f> Graph<'f> {
         self.add_buffer(name, desc, Origin::Imported, object)
     }
 
-    /// A texture kept between frames.
+    /// A pair of textures kept between frames, zero at first.
     #[track_caller]
     pub fn history_texture(&mut self, name: &str, desc: TextureDesc) -> History<Texture> {
-        let name = unique(&mut self.resource_names, name);
-        History {
-            previous: self.add_texture(&format!("{name}.previous"), desc.clone(), Origin::Previous, Object::None),
-            current: self.add_texture(&format!("{name}.current"), desc, Origin::Current, Object::None),
-        }
+        self.history_texture_from(name, desc, Initial::Zero)
     }
 
-    /// A buffer kept between frames.
+    /// A pair of textures kept between frames; `initial` is what `previous` holds in the first frame.
+    #[track_caller]
+    pub fn history_texture_from(&mut self, name: &str, desc: TextureDesc, initial: Initial) -> History<Texture> {
+        let name = unique(&mut self.resource_names, name);
+        let previous = self.add_texture(&format!("{name}.previous"), desc.clone(), Origin::Previous, Object::None);
+        self.set_initial(previous.index, crate::executor::texture_bytes(&desc), initial);
+        History { previous, current: self.add_texture(&format!("{name}.current"), desc, Origin::Current, Object::None) }
+    }
+
+    /// A pair of buffers kept between frames, zero at first.
     #[track_caller]
     pub fn history_buffer(&mut self, name: &str, desc: BufferDesc) -> History<Buffer> {
+        self.history_buffer_from(name, desc, Initial::Zero)
+    }
+
+    /// A pair of buffers kept between frames; `initial` is what `previous` holds in the first frame.
+    #[track_caller]
+    pub fn history_buffer_from(&mut self, name: &str, desc: BufferDesc, initial: Initial) -> History<Buffer> {
         let name = unique(&mut self.resource_names, name);
-        History {
-            previous: self.add_buffer(&format!("{name}.previous"), desc.clone(), Origin::Previous, Object::None),
-            current: self.add_buffer(&format!("{name}.current"), desc, Origin::Current, Object::None),
+        let previous = self.add_buffer(&format!("{name}.previous"), desc.clone(), Origin::Previous, Object::None);
+        self.set_initial(previous.index, Some(desc.size), initial);
+        History { previous, current: self.add_buffer(&format!("{name}.current"), desc, Origin::Current, Object::None) }
+    }
+
+    /// One texture kept between frames of graphs of this name: what a frame writes, the next one finds.
+    #[track_caller]
+    pub fn persistent_texture(&mut self, name: &str, desc: TextureDesc, initial: Initial) -> Handle<Texture> {
+        let bytes = crate::executor::texture_bytes(&desc);
+        let handle = self.add_texture(name, desc, Origin::Persistent, Object::None);
+        self.set_initial(handle.index, bytes, initial);
+        handle
+    }
+
+    /// One buffer kept between frames of graphs of this name: what a frame writes, the next one finds.
+    #[track_caller]
+    pub fn persistent_buffer(&mut self, name: &str, desc: BufferDesc, initial: Initial) -> Handle<Buffer> {
+        let bytes = desc.size;
+        let handle = self.add_buffer(name, desc, Origin::Persistent, Object::None);
+        self.set_initial(handle.index, Some(bytes), initial);
+        handle
+    }
+
+    /// Notes first contents of `needed` bytes; `None`: the format has no copyable layout.
+    #[track_caller]
+    fn set_initial(&mut self, resource: usize, needed: Option<u64>, initial: Initial) {
+        let Initial::Bytes(bytes) = initial else { return };
+        if needed == Some(bytes.len() as u64) {
+            self.initials.push((resource, bytes));
+            return;
         }
+        let decl = &self.declaration.resources[resource];
+        let message = match needed {
+            None => "its format cannot be filled from bytes; use `Initial::Zero`".to_owned(),
+            Some(needed) => format!("its first contents take {needed} bytes and {} were given; give them all", bytes.len()),
+        };
+        let (resource, rust) = (decl.name.clone(), rust_place(Some(Location::caller())));
+        self.errors.push(GraphError::Initial { resource, rust, message });
     }
 
     #[track_caller]
@@ -207,6 +276,47 @@ impl<'f> Graph<'f> {
         let usage = wgpu::BufferUsages::COPY_DST.bits();
         let access = Access::new(buffer.index, "clear", false, Write::Overwrite, usage);
         self.copy_pass(&name, vec![access], false, &[(buffer.graph, &buffer.name)], Work::ClearBuffer { buffer: buffer.index });
+    }
+
+    /// Fills one mip and layer of a colour texture with `color` (r, g, b, a), or of a depth texture with `Load::ClearDepth`.
+    ///
+    /// If the next use is a draw into it that keeps its contents, the clear becomes that render pass's load operation.
+    #[track_caller]
+    pub fn clear_texture(&mut self, texture: &mut Handle<Texture>, load: Load) {
+        self.clear_texture_at(texture, Subresources::ALL, load);
+    }
+
+    /// As [`Graph::clear_texture`], of one mip and layer of several.
+    #[track_caller]
+    pub fn clear_texture_at(&mut self, texture: &mut Handle<Texture>, part: Subresources, load: Load) {
+        let name = format!("clear {}", texture.name);
+        let location = Location::caller();
+        let at = Self::place(&name, location);
+        if texture.graph == self.id {
+            match crate::raster::clear(&self.declaration, texture, part, load, &at) {
+                Ok(target) => {
+                    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT.bits();
+                    let access = Access {
+                        part,
+                        attachment: Some(Attachment::Clear),
+                        ..Access::new(texture.index, "clear", false, Write::Overwrite, usage)
+                    };
+                    let decl = PassDecl {
+                        name,
+                        kind: PassKind::Raster,
+                        heavy: false,
+                        side_effect: false,
+                        pinned: false,
+                        accesses: vec![access],
+                        location: Some(location),
+                    };
+                    self.record(Recorded { decl, work: Work::ClearTexture { target } });
+                }
+                Err(error) => self.errors.push(error),
+            }
+        } else {
+            self.errors.push(GraphError::ForeignHandle { at, resource: texture.name.to_string() });
+        }
     }
 
     /// Copies a whole buffer to one of the same size.

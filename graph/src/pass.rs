@@ -1,14 +1,14 @@
 //! Builders of passes. A pass takes effect at its last call: `dispatch…`, `draw` or `record`.
 
 use crate::{
-    ComputeShader, Graph, Handle, RasterShader, Resource, ShaderStruct, Texture,
+    Buffer, ComputeShader, Graph, Handle, RasterShader, Resource, ShaderStruct, Subresources, Texture,
     closure::{ClosureContext, Record},
     declaration::{Access, PassDecl, PassKind, Write},
     error::{GraphError, PassPlace},
     graph::{Recorded, Work},
     layout::StructLayout,
     raster,
-    verify::{self, Call, Params},
+    verify::{self, Call, Params, View},
 };
 use std::panic::Location;
 
@@ -81,14 +81,14 @@ macro_rules! shared_calls {
         /// Binds `handle` to the WGSL variable `binding`, to be read.
         #[track_caller]
         pub fn read<T: Resource>(mut self, binding: &str, handle: &Handle<T>) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, false, None));
+            self.calls.bound.push(Call::new(binding, handle, false, View::default()));
             self
         }
 
         /// Binds a view of the texture in another of its formats, to be read.
         #[track_caller]
         pub fn read_as(mut self, binding: &str, handle: &Handle<Texture>, format: wgpu::TextureFormat) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, false, Some(format)));
+            self.calls.bound.push(Call::new(binding, handle, false, format.into()));
             self
         }
 
@@ -108,7 +108,33 @@ macro_rules! shared_calls {
         /// Binds `handle` to the WGSL variable `binding`, to be written. Whether the shader also reads it, naga says.
         #[track_caller]
         pub fn write<T: Resource>(mut self, binding: &str, handle: &mut Handle<T>) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, true, None));
+            self.calls.bound.push(Call::new(binding, handle, true, View::default()));
+            self
+        }
+
+        /// Binds some mips and layers of the texture to the WGSL variable `binding`, to be read.
+        #[track_caller]
+        pub fn read_at(mut self, binding: &str, handle: &Handle<Texture>, part: Subresources) -> Self {
+            self.calls.bound.push(Call::new(binding, handle, false, part.into()));
+            self
+        }
+
+        /// Binds some mips and layers of the texture to the WGSL variable `binding`, to be written. Other parts may be read
+        /// by the same pass.
+        #[track_caller]
+        pub fn write_at(mut self, binding: &str, handle: &mut Handle<Texture>, part: Subresources) -> Self {
+            self.calls.bound.push(Call::new(binding, handle, true, part.into()));
+            self
+        }
+
+        /// Like [`Self::read`] where there is a resource; where there is none, the shader sees zeros: a buffer that is as
+        /// long as its WGSL type at least must be, or a texture of one texel.
+        #[track_caller]
+        pub fn read_optional<T: Resource>(mut self, binding: &str, handle: Option<&Handle<T>>) -> Self {
+            self.calls.bound.push(match handle {
+                Some(handle) => Call::new(binding, handle, false, View::default()),
+                None => Call::nothing(binding),
+            });
             self
         }
 
@@ -147,23 +173,44 @@ impl ComputePass<'_, '_> {
 
     /// Runs `groups` workgroups in x, y and z.
     pub fn dispatch(self, groups: [u32; 3]) {
+        self.finish(Groups::Given(groups), None);
+    }
+
+    /// Runs as many workgroups as three u32 (x, y, z) at `offset` (bytes, a multiple of 4) of `arguments` say when the
+    /// pass runs.
+    #[track_caller]
+    pub fn dispatch_indirect(self, arguments: &Handle<Buffer>, offset: u64) {
+        let indirect = Indirect::new(arguments, offset, 12);
+        self.finish(Groups::Indirect(indirect.source), Some(indirect));
+    }
+
+    fn finish(self, groups: Groups, indirect: Option<Indirect>) {
         let Self { graph, shader, calls } = self;
         let at = Graph::place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
-        match verify::bindings(graph, &shader.core, &calls, &at) {
-            Ok((bound, accesses)) => graph.record(Recorded {
-                decl: PassDecl {
-                    name: at.pass().to_owned(),
-                    kind: PassKind::Compute,
-                    heavy: calls.heavy,
-                    side_effect: false,
-                    pinned: calls.pinned,
-                    accesses,
-                    location: Some(calls.location),
-                },
-                work: Work::Compute { shader, bound, params: calls.params.map(|params| params.bytes), groups },
-            }),
-            Err(errors) => graph.refuse(errors),
+        let mut errors = Vec::new();
+        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, &at).unwrap_or_else(|found| {
+            errors.extend(found);
+            (Vec::new(), Vec::new())
+        });
+        if let Some(indirect) = indirect {
+            indirect.check(graph, &at, &mut accesses, &mut errors);
         }
+        if !errors.is_empty() {
+            graph.refuse(errors);
+            return;
+        }
+        graph.record(Recorded {
+            decl: PassDecl {
+                name: at.pass().to_owned(),
+                kind: PassKind::Compute,
+                heavy: calls.heavy,
+                side_effect: false,
+                pinned: calls.pinned,
+                accesses,
+                location: Some(calls.location),
+            },
+            work: Work::Compute { shader, bound, params: calls.params.map(|params| params.bytes), groups },
+        });
     }
 
     /// Runs at least `threads` invocations in x, y and z: whole workgroups, so kernels test their bounds.
@@ -178,6 +225,61 @@ impl ComputePass<'_, '_> {
     pub fn dispatch_1d(self, threads: u32) {
         let groups = threads.div_ceil(self.shader.workgroup_size()[0].max(1));
         self.dispatch(fold_1d(groups));
+    }
+}
+
+/// How many workgroups run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Groups {
+    Given([u32; 3]),
+    Indirect(IndirectSource),
+}
+
+/// What a draw draws.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Draw {
+    Given { vertices: u32, instances: u32 },
+    Indirect(IndirectSource),
+}
+
+/// Where the arguments of an indirect call lie.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct IndirectSource {
+    pub(crate) resource: usize,
+    /// Bytes.
+    pub(crate) offset: u64,
+}
+
+/// The arguments of an indirect call, not yet checked.
+struct Indirect {
+    source: IndirectSource,
+    graph: u64,
+    name: std::sync::Arc<str>,
+    /// Bytes of the arguments, and of the buffer.
+    needed: u64,
+    given: u64,
+}
+
+impl Indirect {
+    fn new(buffer: &Handle<Buffer>, offset: u64, needed: u64) -> Self {
+        let source = IndirectSource { resource: buffer.index, offset };
+        Self { source, graph: buffer.graph, name: std::sync::Arc::clone(&buffer.name), needed, given: buffer.desc.padded() }
+    }
+
+    fn check(self, graph: &Graph<'_>, at: &PassPlace, accesses: &mut Vec<Access>, errors: &mut Vec<GraphError>) {
+        if self.graph != graph.id {
+            errors.push(GraphError::ForeignHandle { at: at.clone(), resource: self.name.to_string() });
+            return;
+        }
+        let offset = self.source.offset;
+        if !offset.is_multiple_of(4) || offset.saturating_add(self.needed) > self.given {
+            let (resource, needed, given) = (self.name.to_string(), self.needed, self.given);
+            errors.push(GraphError::Indirect { at: at.clone(), resource, offset, needed, given });
+            return;
+        }
+        let usage = wgpu::BufferUsages::INDIRECT.bits();
+        accesses.push(Access::new(self.source.resource, "indirect arguments", true, Write::No, usage));
+        verify::conflicts(graph, accesses, at, errors);
     }
 }
 
@@ -209,20 +311,44 @@ impl RasterPass<'_, '_> {
 
     /// Attaches a colour texture to the fragment output `member`.
     #[track_caller]
-    pub fn color(mut self, member: &str, texture: &mut Handle<Texture>, load: Load) -> Self {
-        self.colors.push(raster::Attach::new(member, texture, load));
+    pub fn color(self, member: &str, texture: &mut Handle<Texture>, load: Load) -> Self {
+        self.color_at(member, texture, Subresources::ALL, load)
+    }
+
+    /// Attaches one mip and layer of a colour texture to the fragment output `member`.
+    #[track_caller]
+    pub fn color_at(mut self, member: &str, texture: &mut Handle<Texture>, part: Subresources, load: Load) -> Self {
+        self.colors.push(raster::Attach::new(member, texture, part, load));
         self
     }
 
     /// Attaches a depth texture; fragments that pass the shader's depth test (`Less` unless it says otherwise) write their depth.
     #[track_caller]
-    pub fn depth(mut self, texture: &mut Handle<Texture>, load: Load) -> Self {
-        self.depth = Some(raster::Attach::new("depth", texture, load));
+    pub fn depth(self, texture: &mut Handle<Texture>, load: Load) -> Self {
+        self.depth_at(texture, Subresources::ALL, load)
+    }
+
+    /// Attaches one mip and layer of a depth texture, as [`RasterPass::depth`].
+    #[track_caller]
+    pub fn depth_at(mut self, texture: &mut Handle<Texture>, part: Subresources, load: Load) -> Self {
+        self.depth = Some(raster::Attach::new("depth", texture, part, load));
         self
     }
 
     /// Draws a triangle list of `vertices` vertices, `instances` times.
     pub fn draw(self, vertices: u32, instances: u32) {
+        self.finish(Draw::Given { vertices, instances }, None);
+    }
+
+    /// Draws what four u32 (vertices, instances, first vertex, first instance) at `offset` (bytes, a multiple of 4) of
+    /// `arguments` say when the pass runs. The first instance is 0 where the device lacks `INDIRECT_FIRST_INSTANCE`.
+    #[track_caller]
+    pub fn draw_indirect(self, arguments: &Handle<Buffer>, offset: u64) {
+        let indirect = Indirect::new(arguments, offset, 16);
+        self.finish(Draw::Indirect(indirect.source), Some(indirect));
+    }
+
+    fn finish(self, draw: Draw, indirect: Option<Indirect>) {
         let Self { graph, shader, calls, colors, depth } = self;
         let at = Graph::place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
         let mut errors = Vec::new();
@@ -230,6 +356,9 @@ impl RasterPass<'_, '_> {
             errors.extend(found);
             (Vec::new(), Vec::new())
         });
+        if let Some(indirect) = indirect {
+            indirect.check(graph, &at, &mut accesses, &mut errors);
+        }
         let targets = raster::targets(graph, &shader, &colors, depth.as_ref(), &at, &mut accesses, &mut errors);
         if errors.is_empty() {
             verify::conflicts(graph, &accesses, &at, &mut errors);
@@ -248,7 +377,7 @@ impl RasterPass<'_, '_> {
                 accesses,
                 location: Some(calls.location),
             },
-            work: Work::Raster { shader, bound, params: calls.params.map(|params| params.bytes), targets, vertices, instances },
+            work: Work::Raster { shader, bound, params: calls.params.map(|params| params.bytes), targets, draw },
         });
     }
 }

@@ -1,10 +1,12 @@
 //! Attachments of a raster pass, compared with the fragment stage's outputs.
 
 use crate::{
-    Graph, Handle, Load, RasterShader, TextureDesc,
-    declaration::{Access, Attachment, ResourceKind, Write},
+    Graph, Handle, Load, RasterShader, Subresources, TextureDesc,
+    declaration::{Access, Attachment, Declaration, ResourceKind, Write},
     error::{GraphError, PassPlace, names},
+    graph::Cleared,
     handle::Texture,
+    plan::validate,
     reflect::Output,
 };
 use wgpu::TextureSampleType as S;
@@ -16,12 +18,14 @@ pub(crate) struct Attach {
     resource: usize,
     graph: u64,
     texture: String,
+    part: Subresources,
     load: Load,
 }
 
 impl Attach {
-    pub(crate) fn new(name: &str, texture: &Handle<Texture>, load: Load) -> Self {
-        Self { name: name.to_owned(), resource: texture.index, graph: texture.graph, texture: texture.name.to_string(), load }
+    pub(crate) fn new(name: &str, texture: &Handle<Texture>, part: Subresources, load: Load) -> Self {
+        let (resource, graph, texture) = (texture.index, texture.graph, texture.name.to_string());
+        Self { name: name.to_owned(), resource, graph, texture, part, load }
     }
 }
 
@@ -29,9 +33,17 @@ impl Attach {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Targets {
     /// By location; a gap is a location the shader does not write.
-    pub(crate) colors: Vec<Option<(usize, wgpu::LoadOp<wgpu::Color>)>>,
-    pub(crate) depth: Option<(usize, wgpu::LoadOp<f32>)>,
+    pub(crate) colors: Vec<Option<Target<wgpu::Color>>>,
+    pub(crate) depth: Option<Target<f32>>,
     pub(crate) samples: u32,
+}
+
+/// One mip and layer of a texture as an attachment, with what it holds when the pass begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Target<V> {
+    pub(crate) resource: usize,
+    pub(crate) part: Subresources,
+    pub(crate) load: wgpu::LoadOp<V>,
 }
 
 /// Checks the attachments; adds their accesses and any errors.
@@ -46,7 +58,7 @@ pub(crate) fn targets(
 ) -> Targets {
     let locations = shader.outputs.iter().map(|output| output.location as usize + 1).max().unwrap_or(0);
     let mut targets = Targets { colors: vec![None; locations], depth: None, samples: 1 };
-    let mut sized: Option<(&str, &TextureDesc)> = None;
+    let mut sized: Option<(&str, &TextureDesc, [u32; 2])> = None;
     for attach in colors.iter().chain(depth) {
         if attach.graph != graph.id {
             errors.push(GraphError::ForeignHandle { at: at.clone(), resource: attach.texture.clone() });
@@ -61,30 +73,43 @@ pub(crate) fn targets(
             format: crate::format::name(desc.format),
             message,
         };
-        if desc.size[2] != 1 || desc.mip_level_count != 1 {
-            errors.push(refuse("it has several layers or mips; attach a texture with one of each".to_owned()));
+        if let Some(error) = validate::part_error(&graph.declaration, attach.resource, attach.part, at)
+            && !attach.part.is_all()
+        {
+            errors.push(error);
+            continue;
         }
+        let mips = attach.part.mips_of(desc.mip_level_count);
+        if attach.part.layers_of(desc.size[2]).len() != 1 || mips.len() != 1 {
+            errors.push(refuse("it has several layers or mips; attach one of each (`color_at`, `depth_at`)".to_owned()));
+        }
+        let size = [0, 1].map(|axis: usize| (desc.size[axis] >> mips.start.min(31)).max(1));
         match sized {
-            Some((first, other)) if (other.size, other.sample_count) != (desc.size, desc.sample_count) => {
+            Some((first, other, other_size)) if (other_size, other.sample_count) != (size, desc.sample_count) => {
                 let (first, second) = (first.to_owned(), attach.texture.clone());
+                let describe = |desc: &TextureDesc, [w, h]: [u32; 2]| match desc.mip_level_count {
+                    1 => desc.to_string(),
+                    _ => format!("{desc}: {w}×{h} at this mip"),
+                };
                 errors.push(GraphError::AttachmentSize {
                     at: at.clone(),
                     first,
-                    first_size: other.to_string(),
+                    first_size: describe(other, other_size),
                     second,
-                    second_size: desc.to_string(),
+                    second_size: describe(desc, size),
                 });
             }
             Some(_) => {}
             None => {
-                sized = Some((&attach.texture, desc));
+                sized = Some((&attach.texture, desc, size));
                 targets.samples = desc.sample_count;
             }
         }
+        let (resource, part) = (attach.resource, attach.part);
         let keeps = matches!(attach.load, Load::Keep);
         if is_depth {
             match depth_load(desc, attach.load) {
-                Ok(load) => targets.depth = Some((attach.resource, load)),
+                Ok(load) => targets.depth = Some(Target { resource, part, load }),
                 Err(message) => errors.push(refuse(message)),
             }
         } else {
@@ -102,11 +127,12 @@ pub(crate) fn targets(
                 Ok(_) if targets.colors[output.location as usize].is_some() => {
                     errors.push(refuse("this output already has a texture; remove one".to_owned()));
                 }
-                Ok(load) => targets.colors[output.location as usize] = Some((attach.resource, load)),
+                Ok(load) => targets.colors[output.location as usize] = Some(Target { resource, part, load }),
             }
         }
         let location = || shader.outputs.iter().find(|output| output.name == attach.name).map_or(0, |output| output.location);
         accesses.push(Access {
+            part,
             attachment: Some(if is_depth { Attachment::Depth } else { Attachment::Color(location()) }),
             ..Access::new(
                 attach.resource,
@@ -137,6 +163,47 @@ pub(crate) fn targets(
         });
     }
     targets
+}
+
+/// The target of a clear outside any pass.
+pub(crate) fn clear(
+    declaration: &Declaration,
+    texture: &Handle<Texture>,
+    part: Subresources,
+    load: Load,
+    at: &PassPlace,
+) -> Result<Cleared, GraphError> {
+    if let Some(error) = validate::part_error(declaration, texture.index, part, at)
+        && !part.is_all()
+    {
+        return Err(error);
+    }
+    let desc = &texture.desc;
+    let refuse = |message: &str| GraphError::Attachment {
+        at: at.clone(),
+        attachment: "clear".to_owned(),
+        resource: texture.name.to_string(),
+        format: crate::format::name(desc.format),
+        message: message.to_owned(),
+    };
+    if part.layers_of(desc.size[2]).len() != 1 || part.mips_of(desc.mip_level_count).len() != 1 {
+        return Err(refuse("it has several layers or mips; clear one of each (`clear_texture_at`)"));
+    }
+    let resource = texture.index;
+    if desc.format.has_depth_aspect() {
+        let load = depth_load(desc, load).map_err(|message| refuse(&message))?;
+        return match load {
+            wgpu::LoadOp::Clear(_) => Ok(Cleared::Depth(Target { resource, part, load })),
+            _ => Err(refuse("a clear needs a value; use `Load::ClearDepth`")),
+        };
+    }
+    match load {
+        Load::Clear([r, g, b, a]) if desc.format.has_color_aspect() => {
+            Ok(Cleared::Color(Target { resource, part, load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }) }))
+        }
+        Load::Clear(_) => Err(refuse("its format is neither colour nor depth")),
+        _ => Err(refuse("a clear of colour needs `Load::Clear([r, g, b, a])`")),
+    }
 }
 
 fn depth_load(desc: &TextureDesc, load: Load) -> Result<wgpu::LoadOp<f32>, String> {

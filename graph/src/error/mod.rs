@@ -253,6 +253,22 @@ pub enum GraphError {
         /// Layers there are.
         layers: u32,
     },
+    /// Arguments of an indirect call that do not lie in their buffer.
+    #[error(
+        "{at}: the arguments at byte {offset} of `{resource}` ({given} bytes) take {needed} bytes from a multiple of 4; move them or make the buffer larger"
+    )]
+    Indirect {
+        /// The pass.
+        at: PassPlace,
+        /// The buffer.
+        resource: String,
+        /// Where the arguments are said to be (bytes).
+        offset: u64,
+        /// Bytes they take.
+        needed: u64,
+        /// Bytes of the buffer.
+        given: u64,
+    },
     // ---- raster ----
     /// The fragment output has no member of that name.
     #[error("{at}: `{attachment}` is no output of the fragment stage ({shader}); it has {known}")]
@@ -348,6 +364,16 @@ pub enum GraphError {
         resource: String,
         /// Where it was declared.
         rust: String,
+    },
+    /// First contents that do not fit the resource.
+    #[error("resource `{resource}` ({rust}): {message}")]
+    Initial {
+        /// Resource.
+        resource: String,
+        /// Where it was declared.
+        rust: String,
+        /// What is wrong and how to mend it.
+        message: String,
     },
     /// A `previous` handle is written.
     #[error("{at}: writes `{resource}`, the previous frame's contents; write the `current` handle of the pair")]

@@ -87,6 +87,19 @@ impl Gate {
         }
     }
 
+    /// Lets what has finished call back; never blocks.
+    pub(super) fn poll(&self) -> Result<(), GraphError> {
+        self.alive()?;
+        // As for a wait: wgpu 30 panics when the device is lost meanwhile.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::Poll)));
+        self.alive()?;
+        match polled {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(error)) => Err(GraphError::Gpu { during: "a poll".to_owned(), message: error.to_string() }),
+            Err(_) => Err(GraphError::DeviceLost { message: "a poll failed".to_owned() }),
+        }
+    }
+
     /// Waits until `submission`, or all there is, has run.
     pub(super) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), GraphError> {
         self.alive()?;

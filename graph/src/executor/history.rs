@@ -1,98 +1,147 @@
-//! Pairs of objects that live on between frames.
+//! Objects that live on between frames: history pairs and persistent resources.
 
-use super::{Frame, Physical, create};
+use super::{Frame, Physical, create, readback::Rows};
 use crate::declaration::{Origin, ResourceKind};
 use std::collections::HashMap;
 
-/// Pairs by graph name and resource name.
+/// Kept objects by graph name and resource name.
 #[derive(Debug, Default)]
 pub(super) struct Histories {
-    pairs: HashMap<(String, String), Pair>,
+    kept: HashMap<String, HashMap<String, Kept>>,
 }
 
+/// A pair whose halves change roles, or a single object.
 #[derive(Debug)]
-struct Pair {
+struct Kept {
     kind: ResourceKind,
     usage: u32,
+    /// The last frame's contents; of a persistent resource, the only object.
     previous: Physical,
-    current: Physical,
+    current: Option<Physical>,
     bytes: u64,
     first_frame: u64,
 }
 
+impl Kept {
+    fn bytes(&self) -> u64 {
+        self.bytes.saturating_mul(if self.current.is_some() { 2 } else { 1 })
+    }
+}
+
 impl Histories {
     pub(super) fn clear(&mut self) {
-        self.pairs.clear();
+        self.kept.clear();
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        self.pairs.values().fold(0, |total, pair| total.saturating_add(pair.bytes.saturating_mul(2)))
+        self.kept.values().flat_map(HashMap::values).fold(0, |total, kept| total.saturating_add(kept.bytes()))
     }
 
-    /// Gives each pair in use its objects. New objects are zero: wgpu clears them before their first use.
-    pub(super) fn acquire(&mut self, device: &wgpu::Device, frame: &mut Frame<'_>, number: u64) {
-        for previous in pairs(frame) {
-            let current = previous + 1;
-            let used = frame.plan.lifetimes[previous].is_some() || frame.plan.lifetimes[current].is_some();
-            if !used {
+    /// Gives each kept resource in use its objects. New objects are zero (wgpu clears them before their first use) or what
+    /// the frame gives as their first contents.
+    pub(super) fn acquire(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, frame: &mut Frame<'_>, number: u64) {
+        for (first, second) in kept(frame) {
+            let used = |index: usize| frame.plan.lifetimes[index].is_some();
+            if !used(first) && !second.is_some_and(used) {
                 continue;
             }
-            let resource = &frame.declaration.resources[previous];
+            let resource = &frame.declaration.resources[first];
             let mut kind = resource.kind.clone();
             if let ResourceKind::Buffer(desc) = &mut kind {
                 desc.element = None;
             }
-            let needed = frame.plan.usages[previous] | frame.plan.usages[current];
-            let key = (frame.declaration.name.clone(), resource.name.clone());
-            let fits = |pair: &Pair| pair.kind == kind && pair.usage & needed == needed;
-            if !self.pairs.get(&key).is_some_and(fits) {
+            let needed = frame.plan.usages[first] | second.map_or(0, |second| frame.plan.usages[second]);
+            let of_graph = match self.kept.get_mut(&frame.declaration.name) {
+                Some(found) => found,
+                None => self.kept.entry(frame.declaration.name.clone()).or_default(),
+            };
+            let fits =
+                |kept: &Kept| kept.kind == kind && kept.usage & needed == needed && kept.current.is_some() == second.is_some();
+            if !of_graph.get(&resource.name).is_some_and(fits) {
                 let usage = needed | generous(device, &kind);
-                let [first, second] =
-                    ["previous", "current"].map(|half| create(device, &format!("{} {half}", key.1), &kind, usage));
-                self.pairs.insert(
-                    key.clone(),
-                    Pair { kind, usage, previous: first, current: second, bytes: resource.bytes, first_frame: number },
-                );
+                let make = |half| create(device, &format!("{} {half}", resource.name), &kind, usage);
+                let (previous, current) = match second {
+                    Some(_) => (make("previous"), Some(make("current"))),
+                    None => (make("kept"), None),
+                };
+                if let Some((_, bytes)) = frame.initials.iter().find(|(index, _)| *index == first) {
+                    fill(queue, &previous, &kind, bytes);
+                }
+                let made = Kept { kind, usage, previous, current, bytes: resource.bytes, first_frame: number };
+                of_graph.insert(resource.name.clone(), made);
             }
-            if let Some(pair) = self.pairs.get(&key) {
-                frame.physical[previous] = pair.previous.clone();
-                frame.physical[current] = pair.current.clone();
+            if let Some(kept) = of_graph.get(&resource.name) {
+                frame.physical[first] = kept.previous.clone();
+                if let (Some(second), Some(current)) = (second, &kept.current) {
+                    frame.physical[second] = current.clone();
+                }
             }
         }
     }
 
     /// Drops what was made for frame `number`: some of it may be an object wgpu could not make.
     pub(super) fn forget(&mut self, number: u64) {
-        self.pairs.retain(|_, pair| pair.first_frame != number);
+        for of_graph in self.kept.values_mut() {
+            of_graph.retain(|_, kept| kept.first_frame != number);
+        }
     }
 
-    /// After a frame has run: what it wrote becomes `previous`; pairs it no longer declares are dropped.
+    /// After a frame has run: what it wrote becomes `previous`; what it no longer declares is dropped.
     pub(super) fn commit(&mut self, frame: &Frame<'_>) {
+        let Some(of_graph) = self.kept.get_mut(&frame.declaration.name) else { return };
         let mut declared = Vec::new();
-        for previous in pairs(frame) {
-            let current = previous + 1;
-            let name = &frame.declaration.resources[previous].name;
-            declared.push(name.as_str());
-            let written = frame
-                .plan
-                .order
-                .iter()
-                .flat_map(|&pass| &frame.declaration.passes[pass].accesses)
-                .any(|access| access.resource == current && access.writes());
-            if written && let Some(pair) = self.pairs.get_mut(&(frame.declaration.name.clone(), name.clone())) {
-                std::mem::swap(&mut pair.previous, &mut pair.current);
+        for (first, second) in kept(frame) {
+            let name = frame.declaration.resources[first].name.as_str();
+            declared.push(name);
+            let writes = |pass: &usize| {
+                let accesses = &frame.declaration.passes[*pass].accesses;
+                accesses.iter().any(|access| Some(access.resource) == second && access.writes())
+            };
+            if second.is_some_and(|second| frame.plan.lifetimes[second].is_some())
+                && frame.plan.order.iter().any(writes)
+                && let Some(kept) = of_graph.get_mut(name)
+                && let Some(current) = &mut kept.current
+            {
+                std::mem::swap(&mut kept.previous, current);
             }
         }
-        self.pairs.retain(|(graph, name), _| *graph != frame.declaration.name || declared.contains(&name.as_str()));
+        if of_graph.len() != declared.len() || declared.iter().any(|name| !of_graph.contains_key(*name)) {
+            of_graph.retain(|name, _| declared.contains(&name.as_str()));
+        }
     }
 }
 
-/// Indices of the `previous` halves; a `current` half follows each.
-fn pairs(frame: &Frame<'_>) -> Vec<usize> {
+/// Indices of the `previous` halves, each followed by its `current` half, and of persistent resources.
+fn kept(frame: &Frame<'_>) -> Vec<(usize, Option<usize>)> {
     let resources = &frame.declaration.resources;
-    (0..resources.len().saturating_sub(1))
-        .filter(|&index| resources[index].origin == Origin::Previous && resources[index + 1].origin == Origin::Current)
-        .collect()
+    let next_is_current = |index: usize| resources.get(index + 1).is_some_and(|next| next.origin == Origin::Current);
+    let second = |index: usize| match resources[index].origin {
+        Origin::Previous if next_is_current(index) => Some(Some(index + 1)),
+        Origin::Persistent => Some(None),
+        _ => None,
+    };
+    (0..resources.len()).filter_map(|index| Some((index, second(index)?))).collect()
+}
+
+/// Writes first contents.
+fn fill(queue: &wgpu::Queue, object: &Physical, kind: &ResourceKind, bytes: &[u8]) {
+    match (object, kind) {
+        (Physical::Buffer { buffer, .. }, _) => {
+            let mut words = bytes.to_vec();
+            words.resize(bytes.len().next_multiple_of(4), 0);
+            queue.write_buffer(buffer, 0, &words);
+        }
+        (Physical::Texture(texture), ResourceKind::Texture(desc)) => {
+            let rows = Rows::of(desc);
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: u32::try_from(rows.tight).ok(),
+                rows_per_image: u32::try_from(rows.per_layer).ok(),
+            };
+            queue.write_texture(texture.as_image_copy(), bytes, layout, desc.extent().physical_size(desc.format));
+        }
+        _ => {}
+    }
 }
 
 /// Usages a later frame may ask for, so that it need not begin the history anew.

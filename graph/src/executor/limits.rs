@@ -6,71 +6,78 @@ use crate::{
     error::{GraphError, PassPlace},
     format,
     graph::{Object, Work},
+    pass::Groups,
     reflect::{Binding, BindingKind},
 };
 
-/// The first thing the device cannot do.
-pub(super) fn check(device: &wgpu::Device, frame: &Frame<'_>) -> Result<(), GraphError> {
-    let limits = device.limits();
-    let features = device.features();
+/// What the device cannot give: sizes, formats and bindings, which follow from the plan alone.
+pub(super) fn resources(limits: &wgpu::Limits, features: wgpu::Features, frame: &Frame<'_>) -> Result<(), GraphError> {
     for (index, resource) in frame.declaration.resources.iter().enumerate() {
         if frame.plan.lifetimes[index].is_none() {
             continue;
         }
         let usage = frame.plan.usages[index];
         match &resource.kind {
-            ResourceKind::Buffer(_) => buffer(resource, usage, &limits)?,
-            ResourceKind::Texture(_) => texture(resource, usage, &limits, features)?,
-        }
-        if resource.origin == crate::Origin::Imported {
-            import(frame, index, usage)?;
-        }
-    }
-    for &pass in &frame.plan.order {
-        let Some(work) = &frame.work[pass] else { continue };
-        work_limits(work, &frame.declaration.passes[pass].name, &limits)?;
-        if let Work::Readback { resource, .. } = work
-            && let ResourceKind::Texture(desc) = &frame.declaration.resources[*resource].kind
-        {
-            let what = format!("reading back `{}`", frame.declaration.resources[*resource].name);
-            limit(&what, Rows::of(desc).bytes(), "max_buffer_size", limits.max_buffer_size, "read back a smaller texture")?;
+            ResourceKind::Buffer(_) => buffer(resource, usage, limits)?,
+            ResourceKind::Texture(_) => texture(resource, usage, limits, features)?,
         }
     }
     Ok(())
 }
 
-fn limit(what: &str, asked: u64, name: &'static str, allowed: u64, mend: &str) -> Result<(), GraphError> {
+/// What may differ in every frame of one plan: imported objects, sizes of dispatches, shaders.
+pub(super) fn work(limits: &wgpu::Limits, frame: &Frame<'_>, work: &[Option<Work<'_>>]) -> Result<(), GraphError> {
+    for (index, resource) in frame.declaration.resources.iter().enumerate() {
+        if resource.origin == crate::Origin::Imported && frame.plan.lifetimes[index].is_some() {
+            import(frame, index, frame.plan.usages[index])?;
+        }
+    }
+    for &pass in &frame.plan.order {
+        let Some(work) = &work[pass] else { continue };
+        work_limits(work, &frame.declaration.passes[pass].name, limits)?;
+        if let Work::Readback { resource, .. } = work
+            && let ResourceKind::Texture(desc) = &frame.declaration.resources[*resource].kind
+        {
+            let most = limits.max_buffer_size;
+            let what = || format!("reading back `{}`", frame.declaration.resources[*resource].name);
+            limit(what, Rows::of(desc).bytes(), "max_buffer_size", most, "read back a smaller texture")?;
+        }
+    }
+    Ok(())
+}
+
+fn limit(what: impl Fn() -> String, asked: u64, name: &'static str, allowed: u64, mend: &str) -> Result<(), GraphError> {
     if asked <= allowed {
         return Ok(());
     }
-    Err(GraphError::Limit { what: what.to_owned(), asked, limit: name, allowed, mend: mend.to_owned() })
+    Err(GraphError::Limit { what: what(), asked, limit: name, allowed, mend: mend.to_owned() })
 }
 
 fn buffer(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits) -> Result<(), GraphError> {
-    let what = format!("buffer `{}`", resource.name);
+    let what = || format!("buffer `{}`", resource.name);
     let usage = wgpu::BufferUsages::from_bits_truncate(usage);
     let mend = "make it smaller, or ask the adapter for higher limits";
-    limit(&what, resource.bytes, "max_buffer_size", limits.max_buffer_size, mend)?;
+    limit(what, resource.bytes, "max_buffer_size", limits.max_buffer_size, mend)?;
     if usage.contains(wgpu::BufferUsages::STORAGE) {
-        limit(&what, resource.bytes, "max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, mend)?;
+        limit(what, resource.bytes, "max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size, mend)?;
     }
     if usage.contains(wgpu::BufferUsages::UNIFORM) {
-        limit(&what, resource.bytes, "max_uniform_buffer_binding_size", limits.max_uniform_buffer_binding_size, mend)?;
+        limit(what, resource.bytes, "max_uniform_buffer_binding_size", limits.max_uniform_buffer_binding_size, mend)?;
     }
     Ok(())
 }
 
 fn texture(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits, features: wgpu::Features) -> Result<(), GraphError> {
     let ResourceKind::Texture(desc) = &resource.kind else { return Ok(()) };
-    let what = format!("texture `{}`", resource.name);
+    let what = || format!("texture `{}`", resource.name);
     let mend = "make it smaller";
     let [width, height, depth] = desc.size.map(u64::from);
     if desc.dimension == wgpu::TextureDimension::D3 {
         let most = limits.max_texture_dimension_3d.into();
-        limit(&what, width.max(height).max(depth), "max_texture_dimension_3d", most, mend)?;
+        limit(what, width.max(height).max(depth), "max_texture_dimension_3d", most, mend)?;
     } else {
-        limit(&what, width.max(height), "max_texture_dimension_2d", limits.max_texture_dimension_2d.into(), mend)?;
-        limit(&what, depth, "max_texture_array_layers", limits.max_texture_array_layers.into(), "use fewer layers")?;
+        limit(what, width.max(height), "max_texture_dimension_2d", limits.max_texture_dimension_2d.into(), mend)?;
+        limit(what, depth, "max_texture_array_layers", limits.max_texture_array_layers.into(), "use fewer layers")?;
     }
     let refuse =
         |usage: String| GraphError::FormatUsage { resource: resource.name.clone(), format: format::name(desc.format), usage };
@@ -148,22 +155,25 @@ fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError>
 }
 
 fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits) -> Result<(), GraphError> {
-    let what = format!("pass `{pass}`");
+    let what = || format!("pass `{pass}`");
     match work {
         Work::Compute { shader, groups, .. } => {
-            bindings(&what, &shader.core.bindings, limits)?;
+            bindings(what, &shader.core.bindings, limits)?;
             let most = limits.max_compute_workgroups_per_dimension;
-            let asked = groups.iter().copied().max().unwrap_or(0);
+            let asked = match groups {
+                Groups::Given(groups) => groups.iter().copied().max().unwrap_or(0),
+                Groups::Indirect(_) => 0,
+            };
             let mend = "fold the dispatch into more dimensions (`dispatch_1d`), or split it";
-            limit(&what, asked.into(), "max_compute_workgroups_per_dimension", most.into(), mend)?;
+            limit(what, asked.into(), "max_compute_workgroups_per_dimension", most.into(), mend)?;
             let size = shader.workgroup_size();
             let mend = "use a smaller @workgroup_size";
-            limit(&what, size[0].into(), "max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x.into(), mend)?;
-            limit(&what, size[1].into(), "max_compute_workgroup_size_y", limits.max_compute_workgroup_size_y.into(), mend)?;
-            limit(&what, size[2].into(), "max_compute_workgroup_size_z", limits.max_compute_workgroup_size_z.into(), mend)?;
+            limit(what, size[0].into(), "max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x.into(), mend)?;
+            limit(what, size[1].into(), "max_compute_workgroup_size_y", limits.max_compute_workgroup_size_y.into(), mend)?;
+            limit(what, size[2].into(), "max_compute_workgroup_size_z", limits.max_compute_workgroup_size_z.into(), mend)?;
             let invocations = size.iter().fold(1_u64, |total, n| total.saturating_mul(u64::from(*n)));
             limit(
-                &what,
+                what,
                 invocations,
                 "max_compute_invocations_per_workgroup",
                 limits.max_compute_invocations_per_workgroup.into(),
@@ -171,7 +181,7 @@ fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits) -> Result<(),
             )?;
             let mend = "use less var<workgroup>";
             limit(
-                &what,
+                what,
                 shader.workgroup_bytes,
                 "max_compute_workgroup_storage_size",
                 limits.max_compute_workgroup_storage_size.into(),
@@ -179,15 +189,15 @@ fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits) -> Result<(),
             )
         }
         Work::Raster { shader, targets, .. } => {
-            bindings(&what, &shader.core.bindings, limits)?;
+            bindings(what, &shader.core.bindings, limits)?;
             let mend = "write fewer outputs, or split the pass";
-            limit(&what, targets.colors.len() as u64, "max_color_attachments", limits.max_color_attachments.into(), mend)
+            limit(what, targets.colors.len() as u64, "max_color_attachments", limits.max_color_attachments.into(), mend)
         }
         _ => Ok(()),
     }
 }
 
-fn bindings(what: &str, bindings: &[Binding], limits: &wgpu::Limits) -> Result<(), GraphError> {
+fn bindings(what: impl Fn() -> String + Copy, bindings: &[Binding], limits: &wgpu::Limits) -> Result<(), GraphError> {
     let groups = bindings.iter().map(|binding| u64::from(binding.group) + 1).max().unwrap_or(0);
     limit(what, groups, "max_bind_groups", limits.max_bind_groups.into(), "use lower @group numbers")?;
     for stage in [wgpu::ShaderStages::COMPUTE, wgpu::ShaderStages::VERTEX, wgpu::ShaderStages::FRAGMENT] {

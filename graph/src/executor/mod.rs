@@ -1,24 +1,36 @@
 //! Runs plans on a device.
 
 mod bindings;
+mod cache;
 mod encode;
 mod gate;
 mod history;
+mod in_flight;
 mod limits;
 mod pipelines;
 mod plans;
 mod pool;
+mod prepare;
 mod readback;
+mod record;
 mod timing;
+mod zeros;
 
 use crate::{
-    Gpu, Graph, Memory, Readback, Sharing,
+    Gpu, Graph, Memory, PassOrder, Readback, Sharing,
     declaration::{Declaration, ResourceKind},
     error::GraphError,
     plan::{Culled, Plan, PlanOptions},
 };
 use gate::Gate;
-use std::{ops::ControlFlow, sync::Arc, time::Instant};
+pub use in_flight::InFlight;
+pub use plans::{PlanCache, Planned};
+pub(crate) use readback::texture_bytes;
+use std::{
+    ops::{ControlFlow, Range},
+    sync::Arc,
+    time::Instant,
+};
 pub use timing::TimingSource;
 
 /// Runs frames on one device, and keeps what lives between them: plans, pipelines, pooled memory, history.
@@ -31,11 +43,19 @@ pub struct Executor {
     sharing: Sharing,
     timing: bool,
     source: TimingSource,
-    plans: plans::Plans,
+    limits: wgpu::Limits,
+    /// Whether the adapter has memory for attachments that never leave their render pass.
+    transient_attachments: bool,
+    threads: usize,
+    order: PassOrder,
+    plans: PlanCache,
+    replanned: String,
     pool: pool::Pool,
     history: history::Histories,
     pipelines: pipelines::Pipelines,
+    zeros: zeros::Zeros,
     params: Option<wgpu::Buffer>,
+    params_bytes: Vec<u8>,
     frame: u64,
     last_submission: Option<wgpu::SubmissionIndex>,
 }
@@ -80,6 +100,8 @@ pub struct FrameOutput {
     pub held_bytes: u64,
     /// Time to plan, or to find the plan in the cache (µs).
     pub plan_us: f64,
+    /// Time to find or make objects, record and submit (µs); waits for heavy passes included.
+    pub record_us: f64,
     /// Whether the plan came from the cache.
     pub cached_plan: bool,
     /// Why the plan was made anew; empty if it came from the cache.
@@ -113,20 +135,34 @@ impl FrameOutput {
 struct Frame<'f> {
     declaration: Declaration,
     plan: Arc<Plan>,
-    work: Vec<Option<crate::graph::Work<'f>>>,
-    objects: Vec<crate::graph::Object>,
+    objects: &'f [crate::graph::Object],
+    initials: &'f [(usize, Arc<[u8]>)],
     /// Per resource: the wgpu object, if a pass that runs uses it.
     physical: Vec<Physical>,
-    readbacks: u32,
 }
 
 /// The wgpu object behind a resource.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 enum Physical {
     #[default]
     None,
     Texture(wgpu::Texture),
-    Buffer(wgpu::Buffer),
+    /// A range of a buffer (bytes).
+    Buffer {
+        buffer: wgpu::Buffer,
+        offset: u64,
+        size: u64,
+    },
+}
+
+impl Physical {
+    /// The range of the buffer that is meant.
+    fn range(&self) -> Option<(wgpu::Buffer, Range<u64>)> {
+        match self {
+            Self::Buffer { buffer, offset, size } => Some((buffer.clone(), *offset..offset + size)),
+            Self::None | Self::Texture(_) => None,
+        }
+    }
 }
 
 type Observer<'a> = Option<&'a mut dyn FnMut(Progress<'_>) -> ControlFlow<()>>;
@@ -140,16 +176,24 @@ impl Executor {
     /// An executor on the caller's device. It replaces the device's lost-device callback.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let source = TimingSource::best(&device);
+        let transient_attachments = device.adapter_info().transient_saves_memory == Some(true);
         Self {
+            limits: device.limits(),
+            transient_attachments,
             gate: Gate::new(device, queue),
             sharing: Sharing::default(),
             timing: true,
             source,
-            plans: plans::Plans::default(),
+            threads: 1,
+            order: PassOrder::default(),
+            plans: PlanCache::new(),
+            replanned: String::new(),
             pool: pool::Pool::default(),
             history: history::Histories::default(),
             pipelines: pipelines::Pipelines::default(),
+            zeros: zeros::Zeros::default(),
             params: None,
+            params_bytes: Vec::new(),
             frame: 0,
             last_submission: None,
         }
@@ -158,6 +202,22 @@ impl Executor {
     /// How transient resources share memory from the next frame on.
     pub fn set_sharing(&mut self, sharing: Sharing) {
         self.sharing = sharing;
+    }
+
+    /// How passes are put in order from the next frame on.
+    pub fn set_order(&mut self, order: PassOrder) {
+        self.order = order;
+    }
+
+    /// Threads that record passes; 1 at first. Frames of a few hundred passes and more gain by it.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.threads = threads.max(1);
+    }
+
+    /// Why the plan of the last frame was made anew: what changed since the frame before of that name. Empty if it came
+    /// from the cache.
+    pub fn why_replanned(&self) -> &str {
+        &self.replanned
     }
 
     /// Whether passes are timed; on at first. A timed frame ends by a wait for the GPU.
@@ -185,12 +245,13 @@ impl Executor {
         self.history.clear();
     }
 
-    /// Plans the frame, or finds its plan, and runs it.
+    /// Plans the frame, or finds its plan, and runs it. Waits for the GPU only if there is something to bring back:
+    /// readbacks, or times.
     ///
     /// # Errors
     /// The declaration's mistakes, limits of the device, and what goes wrong on the GPU.
     pub fn execute(&mut self, graph: Graph<'_>) -> Result<FrameOutput, GraphError> {
-        self.run(graph, None)
+        self.finish(graph, None)
     }
 
     /// As [`Executor::execute`]; `observer` is called after every pass marked heavy and at the end of the frame, each
@@ -203,32 +264,97 @@ impl Executor {
         graph: Graph<'_>,
         observer: &mut dyn FnMut(Progress<'_>) -> ControlFlow<()>,
     ) -> Result<FrameOutput, GraphError> {
-        self.run(graph, Some(observer))
+        self.finish(graph, Some(observer))
     }
 
-    fn run(&mut self, graph: Graph<'_>, observer: Observer<'_>) -> Result<FrameOutput, GraphError> {
+    /// As [`Executor::execute`], without waiting: the output comes later.
+    ///
+    /// # Errors
+    /// As [`Executor::execute`], up to the submission.
+    pub fn submit(&mut self, graph: Graph<'_>) -> Result<InFlight, GraphError> {
+        self.run(graph, None)
+    }
+
+    fn finish(&mut self, graph: Graph<'_>, observer: Observer<'_>) -> Result<FrameOutput, GraphError> {
+        let previous = self.last_submission.clone();
+        let mut in_flight = self.run(graph, observer)?;
+        if in_flight.mappings.is_empty() && in_flight.times.is_none() {
+            // At most one frame runs behind the CPU, so that a loop of frames does not pile up.
+            in_flight.submission = previous.or(in_flight.submission);
+        }
+        in_flight.wait()
+    }
+
+    fn run(&mut self, mut graph: Graph<'_>, mut observer: Observer<'_>) -> Result<InFlight, GraphError> {
         self.gate.alive()?;
         graph.check()?;
         let started = Instant::now();
-        let options = PlanOptions::default().sharing(self.sharing);
+        let options = PlanOptions { sharing: self.sharing, order: self.order, transient_attachments: self.transient_attachments };
         let planned = self.plans.get(&graph.declaration, options)?;
+        self.replanned.clone_from(&planned.reason);
         let plan_us = started.elapsed().as_secs_f64() * 1e6;
-        let graph_id = graph.id;
-        let resources = graph.declaration.resources.len();
-        let mut frame = Frame {
-            declaration: graph.declaration,
-            plan: planned.plan,
-            work: graph.work.into_iter().map(Some).collect(),
-            objects: graph.objects,
-            physical: vec![Physical::None; resources],
-            readbacks: graph.readbacks,
+        let mut state = self.plans.take_state();
+        let work: Vec<_> = std::mem::take(&mut graph.work).into_iter().map(Some).collect();
+        let declaration = std::mem::take(&mut graph.declaration);
+        let physical = vec![Physical::None; declaration.resources.len()];
+        let mut frame = Frame { declaration, plan: planned.plan, objects: &graph.objects, initials: &graph.initials, physical };
+        let ran = self.start(&mut frame, work, &mut state, &mut observer);
+        self.plans.put_state(state);
+        let (run, source) = ran?;
+        let total = frame.plan.order.len();
+        let name = |position: usize| &frame.declaration.passes[frame.plan.order[position]].name;
+        if observer.is_some() {
+            self.gate.wait(None)?;
+            encode::observe(&mut observer, total, total, total.checked_sub(1).map_or("", |last| name(last)))?;
+        }
+        self.history.commit(&frame);
+        let passes =
+            run.times.iter().enumerate().map(|(position, &gpu_ms)| PassTime { name: name(position).clone(), gpu_ms }).collect();
+        self.pool.evict(self.frame);
+        self.pipelines.evict(self.frame);
+        self.plans.evict(self.frame);
+        let output = FrameOutput {
+            passes,
+            culled: frame.plan.culled.clone(),
+            memory: frame.plan.memory,
+            live_bytes: frame.plan.live_bytes.clone(),
+            pool_objects: self.pool.objects(),
+            held_bytes: self.held_bytes(),
+            plan_us,
+            record_us: started.elapsed().as_secs_f64() * 1e6 - plan_us,
+            cached_plan: planned.cached,
+            plan_reason: planned.reason,
+            timing_source: source,
+            graph: graph.id,
+            readbacks: vec![Vec::new(); graph.readbacks as usize],
         };
-        limits::check(&self.gate.device, &frame)?;
+        Ok(InFlight {
+            gate: self.gate.clone(),
+            output: Some(output),
+            submission: self.last_submission.clone(),
+            mappings: run.staged.into_iter().map(readback::Mapping::begin).collect(),
+            times: run.queries.and_then(timing::Queries::begin),
+        })
+    }
+
+    /// Checks the frame against the device, finds its objects, and submits it.
+    fn start(
+        &mut self,
+        frame: &mut Frame<'_>,
+        work: Vec<Option<crate::graph::Work<'_>>>,
+        state: &mut plans::State,
+        observer: &mut Observer<'_>,
+    ) -> Result<(encode::Run, TimingSource), GraphError> {
+        if !state.checked {
+            limits::resources(&self.limits, self.gate.device.features(), frame)?;
+            state.checked = true;
+        }
+        limits::work(&self.limits, frame, &work)?;
         self.frame += 1;
         let held = self.held_bytes();
         let gate = self.gate.clone();
         let allocated = gate.scoped("allocation", held, || {
-            self.allocate(&mut frame);
+            self.allocate(frame, &mut state.acquired);
             Ok(())
         });
         if let Err(error) = allocated {
@@ -237,27 +363,10 @@ impl Executor {
             return Err(error);
         }
         let source = if self.timing { self.source } else { TimingSource::None };
-        let mut run =
-            gate.scoped(&format!("frame `{}`", frame.declaration.name), held, || self.encode(&mut frame, source, observer))?;
+        let during = format!("frame `{}`", frame.declaration.name);
+        let run = gate.scoped(&during, held, || self.encode(frame, work, source, &mut state.cache, observer))?;
         self.gate.alive()?;
-        self.history.commit(&frame);
-        let readbacks = std::mem::take(&mut run.readbacks);
-        self.pool.evict(self.frame);
-        self.pipelines.evict(self.frame);
-        Ok(FrameOutput {
-            passes: run.times,
-            culled: frame.plan.culled.clone(),
-            memory: frame.plan.memory,
-            live_bytes: frame.plan.live_bytes.clone(),
-            pool_objects: self.pool.objects(),
-            held_bytes: self.held_bytes(),
-            plan_us,
-            cached_plan: planned.cached,
-            plan_reason: planned.reason,
-            timing_source: source,
-            graph: graph_id,
-            readbacks,
-        })
+        Ok((run, source))
     }
 
     fn held_bytes(&self) -> u64 {
@@ -265,15 +374,21 @@ impl Executor {
     }
 
     /// Finds the object of every resource in use.
-    fn allocate(&mut self, frame: &mut Frame<'_>) {
+    fn allocate(&mut self, frame: &mut Frame<'_>, acquired: &mut pool::Acquired) {
         let device = &self.gate.device;
-        self.pool.acquire(device, frame, self.frame);
-        self.history.acquire(device, frame, self.frame);
+        self.pool.acquire(device, frame, acquired, self.frame);
+        self.history.acquire(device, &self.gate.queue, frame, self.frame);
         for (index, object) in frame.objects.iter().enumerate() {
             if frame.plan.lifetimes[index].is_some() {
                 match object {
                     crate::graph::Object::Texture(texture) => frame.physical[index] = Physical::Texture(texture.clone()),
-                    crate::graph::Object::Buffer(buffer) => frame.physical[index] = Physical::Buffer(buffer.clone()),
+                    crate::graph::Object::Buffer(buffer) => {
+                        let size = match &frame.declaration.resources[index].kind {
+                            ResourceKind::Buffer(desc) => desc.padded(),
+                            ResourceKind::Texture(_) => 0,
+                        };
+                        frame.physical[index] = Physical::Buffer { buffer: buffer.clone(), offset: 0, size };
+                    }
                     crate::graph::Object::None => {}
                 }
             }
@@ -294,11 +409,12 @@ fn create(device: &wgpu::Device, label: &str, kind: &ResourceKind, usage: u32) -
             usage: wgpu::TextureUsages::from_bits_truncate(usage),
             view_formats: &desc.view_formats,
         })),
-        ResourceKind::Buffer(desc) => Physical::Buffer(device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: desc.padded(),
-            usage: wgpu::BufferUsages::from_bits_truncate(usage),
-            mapped_at_creation: false,
-        })),
+        ResourceKind::Buffer(desc) => {
+            let size = desc.padded();
+            let usage = wgpu::BufferUsages::from_bits_truncate(usage);
+            let buffer =
+                device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false });
+            Physical::Buffer { buffer, offset: 0, size }
+        }
     }
 }

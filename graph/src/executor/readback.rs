@@ -2,6 +2,7 @@
 
 use super::{Physical, gate::Gate};
 use crate::{TextureDesc, declaration::ResourceKind, error::GraphError};
+use std::sync::{Arc, OnceLock};
 
 /// Row pitches of texture copies are multiples of this (bytes).
 const ROW_ALIGN: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
@@ -34,45 +35,47 @@ impl Rows {
     }
 }
 
-/// A copy on its way to the CPU.
+/// Where a copy to the CPU lands.
 #[derive(Debug)]
 pub(super) struct Staged {
-    pub(super) index: u32,
+    index: u32,
     buffer: wgpu::Buffer,
     rows: Option<Rows>,
     size: u64,
 }
 
-/// Records the copy of a resource to a buffer the CPU can map.
-pub(super) fn stage(
-    device: &wgpu::Device,
-    encoder: &mut wgpu::CommandEncoder,
-    index: u32,
-    kind: &ResourceKind,
-    physical: &Physical,
-) -> Option<Staged> {
-    let create = |size| {
-        device.create_buffer(&wgpu::BufferDescriptor {
+impl Staged {
+    /// A buffer for the readback `index`, of a resource of this kind.
+    pub(super) fn new(device: &wgpu::Device, index: u32, kind: &ResourceKind) -> Self {
+        let (rows, size, allocated) = match kind {
+            ResourceKind::Buffer(desc) => (None, desc.size, desc.padded()),
+            ResourceKind::Texture(desc) => {
+                let rows = Rows::of(desc);
+                (Some(rows), rows.tight * rows.per_layer * rows.layers, rows.bytes())
+            }
+        };
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),
-            size,
+            size: allocated,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
-        })
-    };
-    match (kind, physical) {
-        (ResourceKind::Buffer(desc), Physical::Buffer(source)) => {
-            let buffer = create(desc.padded());
-            encoder.copy_buffer_to_buffer(source, 0, &buffer, 0, desc.padded());
-            Some(Staged { index, buffer, rows: None, size: desc.size })
+        });
+        Self { index, buffer, rows, size }
+    }
+}
+
+/// Records the copy of a resource to where the CPU can map it.
+pub(super) fn copy(encoder: &mut wgpu::CommandEncoder, source: &Physical, kind: &ResourceKind, staged: &Staged) {
+    match (kind, source, staged.rows) {
+        (ResourceKind::Buffer(desc), Physical::Buffer { buffer, offset, .. }, _) => {
+            encoder.copy_buffer_to_buffer(buffer, *offset, &staged.buffer, 0, desc.padded());
         }
-        (ResourceKind::Texture(desc), Physical::Texture(source)) => {
-            let rows = Rows::of(desc);
-            let buffer = create(rows.bytes());
-            let (_, block_h) = desc.format.block_dimensions();
+        (ResourceKind::Texture(desc), Physical::Texture(source), Some(rows)) => {
+            let (block_w, block_h) = desc.format.block_dimensions();
             encoder.copy_texture_to_buffer(
                 source.as_image_copy(),
                 wgpu::TexelCopyBufferInfo {
-                    buffer: &buffer,
+                    buffer: &staged.buffer,
                     layout: wgpu::TexelCopyBufferLayout {
                         offset: 0,
                         bytes_per_row: u32::try_from(rows.pitch).ok(),
@@ -80,21 +83,79 @@ pub(super) fn stage(
                     },
                 },
                 wgpu::Extent3d {
-                    width: desc.size[0].next_multiple_of(desc.format.block_dimensions().0),
+                    width: desc.size[0].next_multiple_of(block_w),
                     height: desc.size[1].next_multiple_of(block_h),
                     depth_or_array_layers: desc.size[2],
                 },
             );
-            Some(Staged { index, buffer, rows: Some(rows), size: rows.tight * rows.per_layer * rows.layers })
         }
-        _ => None,
+        _ => {}
     }
 }
 
-impl Staged {
-    /// The bytes, rows tightly packed; call when the GPU is done.
-    pub(super) fn bytes(&self, gate: &Gate) -> Result<Vec<u8>, GraphError> {
-        let mut bytes = map(gate, &self.buffer)?;
+/// A buffer on its way into the CPU's memory.
+#[derive(Debug)]
+pub(super) struct Mapped {
+    buffer: wgpu::Buffer,
+    result: Arc<OnceLock<Result<(), wgpu::BufferAsyncError>>>,
+}
+
+impl Mapped {
+    /// Asks for the buffer's contents as of what was submitted so far.
+    pub(super) fn begin(buffer: wgpu::Buffer) -> Self {
+        let result = Arc::new(OnceLock::new());
+        let answer = Arc::clone(&result);
+        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            let _ = answer.set(result);
+        });
+        Self { buffer, result }
+    }
+
+    /// Whether the contents have arrived.
+    pub(super) fn is_done(&self) -> bool {
+        self.result.get().is_some()
+    }
+
+    /// The contents, waiting for them if need be.
+    pub(super) fn bytes(self, gate: &Gate) -> Result<Vec<u8>, GraphError> {
+        if !self.is_done() {
+            gate.wait(None)?;
+        }
+        let refuse = |message: String| GraphError::Gpu { during: "a readback".to_owned(), message };
+        match self.result.get() {
+            Some(Ok(())) => {}
+            Some(Err(error)) => return Err(refuse(error.to_string())),
+            None => return Err(refuse("the buffer was never mapped".to_owned())),
+        }
+        let bytes = self.buffer.get_mapped_range(..).map_err(|error| refuse(error.to_string()))?.to_vec();
+        self.buffer.unmap();
+        Ok(bytes)
+    }
+}
+
+/// A readback on its way.
+#[derive(Debug)]
+pub(super) struct Mapping {
+    index: u32,
+    mapped: Mapped,
+    rows: Option<Rows>,
+    size: u64,
+}
+
+impl Mapping {
+    /// Call when the copy has been submitted.
+    pub(super) fn begin(staged: Staged) -> Self {
+        let Staged { index, buffer, rows, size } = staged;
+        Self { index, mapped: Mapped::begin(buffer), rows, size }
+    }
+
+    pub(super) fn is_done(&self) -> bool {
+        self.mapped.is_done()
+    }
+
+    /// Which readback it is, and its bytes with rows tightly packed.
+    pub(super) fn bytes(self, gate: &Gate) -> Result<(u32, Vec<u8>), GraphError> {
+        let mut bytes = self.mapped.bytes(gate)?;
         if let Some(rows) = self.rows
             && rows.tight != rows.pitch
         {
@@ -104,26 +165,15 @@ impl Staged {
             }
         }
         bytes.truncate(self.size as usize);
-        Ok(bytes)
+        Ok((self.index, bytes))
     }
 }
 
-/// Maps a buffer and copies it out.
-pub(super) fn map(gate: &Gate, buffer: &wgpu::Buffer) -> Result<Vec<u8>, GraphError> {
-    let (send, receive) = std::sync::mpsc::channel();
-    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-        let _ = send.send(result);
-    });
-    gate.wait(None)?;
-    let refuse = |message: String| GraphError::Gpu { during: "a readback".to_owned(), message };
-    match receive.try_recv() {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => return Err(refuse(error.to_string())),
-        Err(_) => return Err(refuse("the buffer was never mapped".to_owned())),
-    }
-    let bytes = buffer.get_mapped_range(..).map_err(|error| refuse(error.to_string()))?.to_vec();
-    buffer.unmap();
-    Ok(bytes)
+/// Bytes of a texture's first mip level, all layers, tightly packed; `None` if its format has no one layout.
+pub(crate) fn texture_bytes(desc: &TextureDesc) -> Option<u64> {
+    desc.format.block_copy_size(None)?;
+    let rows = Rows::of(desc);
+    Some(rows.tight.saturating_mul(rows.per_layer).saturating_mul(rows.layers))
 }
 
 #[cfg(test)]

@@ -89,9 +89,7 @@ impl Open {
         is_draw(pass) && keeps && mine.by_ref().eq(its.by_ref()) && {
             beside(pass).all(|(_, access)| {
                 self.beside.iter().map(|&(other, place)| &declaration.passes[other].accesses[place]).all(|other| {
-                    other.resource != access.resource
-                        || !(other.writes() || access.writes())
-                        || !other.part.overlaps(access.part)
+                    other.resource != access.resource || !(other.writes() || access.writes()) || !other.part.overlaps(access.part)
                 })
             })
         }
@@ -156,7 +154,9 @@ mod tests {
     /// (resource, attachment, write).
     fn units(passes: &[&[(usize, Option<Attachment>, Write)]]) -> Vec<Vec<usize>> {
         let names = (0..passes.len()).map(|i| format!(r#"{{"name": "{i}", "kind": "raster"}}"#)).collect::<Vec<_>>().join(",");
-        let texture = |n| format!(r#"{{"name": "{n}", "kind": "texture", "origin": "transient", "format": "r32float", "size": [4, 4, 1]}}"#);
+        let texture = |n| {
+            format!(r#"{{"name": "{n}", "kind": "texture", "origin": "transient", "format": "r32float", "size": [4, 4, 1]}}"#)
+        };
         let buffer = |n| format!(r#"{{"name": "{n}", "kind": "buffer", "origin": "transient", "bytes": 4}}"#);
         let resources = [texture("a"), texture("b"), buffer("c"), buffer("d")].join(",");
         let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{names}]}}"#);

@@ -83,7 +83,8 @@ fn stale(declaration: &Declaration, cells: &Cells, errors: &mut Vec<GraphError>)
             }
             let writers = writers.get_or_insert_with(|| all_writers(declaration));
             let missing = |writer: usize| {
-                let wrote = |cell| declaration.passes[writer].accesses.iter().any(|a| a.writes() && cells.of(a).any(|c| c == cell));
+                let wrote =
+                    |cell| declaration.passes[writer].accesses.iter().any(|a| a.writes() && cells.of(a).any(|c| c == cell));
                 cells.of(access).any(|cell| !written[cell] && wrote(cell))
             };
             let later = writers[access.resource].iter().copied().find(|&writer| writer > index && missing(writer));

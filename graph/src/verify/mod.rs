@@ -3,17 +3,18 @@
 mod layout;
 
 use crate::{
-    BufferDesc, Graph, Handle, Resource, TextureDesc,
+    BufferDesc, Graph, Handle, Resource, Subresources, TextureDesc,
     declaration::{Access, ResourceKind, Write},
     error::{GraphError, PassPlace, did_you_mean, names},
     layout::StructLayout,
     pass::{Calls, Sampler},
+    plan::validate,
     reflect::{self, Binding, BindingKind},
     shader::ShaderCore,
 };
 use layout::compare;
-use std::panic::Location;
-use wgpu::TextureViewDimension as View;
+use std::{panic::Location, sync::Arc};
+use wgpu::TextureViewDimension as Dimension;
 
 /// One `.read`, `.write` or `.sampler` call.
 #[derive(Debug)]
@@ -25,21 +26,47 @@ pub(crate) struct Call {
 
 #[derive(Debug)]
 enum Target {
-    Resource { index: usize, graph: u64, name: String, write: bool, view_format: Option<wgpu::TextureFormat> },
+    Resource {
+        index: usize,
+        graph: u64,
+        name: Arc<str>,
+        write: bool,
+        view: View,
+    },
+    /// An optional input that is not there.
+    Nothing,
     Sampler(Sampler),
+}
+
+/// How a resource is looked at: in which format, and which part of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct View {
+    pub(crate) format: Option<wgpu::TextureFormat>,
+    pub(crate) part: Subresources,
+}
+
+impl From<wgpu::TextureFormat> for View {
+    fn from(format: wgpu::TextureFormat) -> Self {
+        Self { format: Some(format), ..Self::default() }
+    }
+}
+
+impl From<Subresources> for View {
+    fn from(part: Subresources) -> Self {
+        Self { part, ..Self::default() }
+    }
 }
 
 impl Call {
     #[track_caller]
-    pub(crate) fn new<T: Resource>(
-        binding: &str,
-        handle: &Handle<T>,
-        write: bool,
-        view_format: Option<wgpu::TextureFormat>,
-    ) -> Self {
-        let target =
-            Target::Resource { index: handle.index, graph: handle.graph, name: handle.name.to_string(), write, view_format };
+    pub(crate) fn new<T: Resource>(binding: &str, handle: &Handle<T>, write: bool, view: View) -> Self {
+        let target = Target::Resource { index: handle.index, graph: handle.graph, name: Arc::clone(&handle.name), write, view };
         Self { binding: binding.to_owned(), target, location: Location::caller() }
+    }
+
+    #[track_caller]
+    pub(crate) fn nothing(binding: &str) -> Self {
+        Self { binding: binding.to_owned(), target: Target::Nothing, location: Location::caller() }
     }
 
     #[track_caller]
@@ -50,6 +77,7 @@ impl Call {
     fn resource_name(&self) -> &str {
         match &self.target {
             Target::Resource { name, .. } => name,
+            Target::Nothing => "nothing",
             Target::Sampler(_) => "sampler",
         }
     }
@@ -66,8 +94,16 @@ pub(crate) struct Params {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Bound {
     Params,
-    Buffer { resource: usize },
-    Texture { resource: usize, format: wgpu::TextureFormat },
+    Buffer {
+        resource: usize,
+    },
+    Texture {
+        resource: usize,
+        format: wgpu::TextureFormat,
+        part: Subresources,
+    },
+    /// Zeros, in place of an optional input.
+    Zeros,
     Sampler(Sampler),
 }
 
@@ -101,7 +137,7 @@ pub(crate) fn bindings(
         let Some(index) = find(&call.binding) else {
             match (&call.target, core.unused.contains(&call.binding)) {
                 // The module declares it, this entry point leaves it alone: nothing to bind, and no dependency.
-                (Target::Resource { write: false, .. } | Target::Sampler(_), true) => {}
+                (Target::Resource { write: false, .. } | Target::Nothing | Target::Sampler(_), true) => {}
                 (_, true) => errors.push(GraphError::WriteIsNotWritten {
                     at,
                     binding: call.binding.clone(),
@@ -154,14 +190,14 @@ fn unknown(core: &ShaderCore, binding: &str, at: &PassPlace) -> GraphError {
     }
 }
 
-/// A resource that one access of a pass writes may have no other access in it.
+/// What one access of a pass writes may have no other access in it.
 pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: &PassPlace, errors: &mut Vec<GraphError>) {
-    let mut sorted: Vec<&Access> = accesses.iter().collect();
-    sorted.sort_by_key(|access| access.resource);
-    for group in sorted.chunk_by(|a, b| a.resource == b.resource) {
-        if let [first, second, ..] = group
-            && group.iter().any(|access| access.writes())
-        {
+    let pairs = accesses.iter().enumerate().flat_map(|(i, first)| accesses[i + 1..].iter().map(move |second| (first, second)));
+    let clashes = |a: &Access, b: &Access| a.resource == b.resource && (a.writes() || b.writes()) && a.part.overlaps(b.part);
+    let mut told = Vec::new();
+    for (first, second) in pairs.filter(|(first, second)| clashes(first, second)) {
+        if !told.contains(&first.resource) {
+            told.push(first.resource);
             errors.push(GraphError::WriteConflict {
                 at: at.clone(),
                 resource: graph.declaration.resources[first.resource].name.clone(),
@@ -185,15 +221,21 @@ impl Check<'_> {
                 BindingKind::Sampler => Ok((Bound::Sampler(*sampler), None)),
                 _ => Err(self.wrong_kind("a sampler", "a sampler")),
             },
-            Target::Resource { index, graph, name, write, view_format } => {
+            Target::Nothing => match self.binding.kind {
+                BindingKind::Uniform { .. } | BindingKind::Storage { read_only: true, .. } | BindingKind::Texture { .. } => {
+                    Ok((Bound::Zeros, None))
+                }
+                _ => Err(self.wrong_kind("an optional input", "nothing, which only what is read can be")),
+            },
+            Target::Resource { index, graph, name, write, view } => {
                 if *graph != self.graph.id {
-                    return Err(GraphError::ForeignHandle { at: self.at.clone(), resource: name.clone() });
+                    return Err(GraphError::ForeignHandle { at: self.at.clone(), resource: name.to_string() });
                 }
                 if *write && !self.binding.writes {
                     return Err(GraphError::WriteIsNotWritten {
                         at: self.at.clone(),
                         binding: self.binding.name.clone(),
-                        resource: name.clone(),
+                        resource: name.to_string(),
                         shader: self.binding.place.clone(),
                     });
                 }
@@ -201,19 +243,25 @@ impl Check<'_> {
                     return Err(GraphError::ReadIsWritten {
                         at: self.at.clone(),
                         binding: self.binding.name.clone(),
-                        resource: name.clone(),
+                        resource: name.to_string(),
                         shader: self.binding.place.clone(),
                     });
                 }
-                let (bound, usage) = match &self.graph.declaration.resources[*index].kind {
-                    ResourceKind::Buffer(desc) => (Bound::Buffer { resource: *index }, self.buffer(name, desc)?),
+                if let Some(error) = validate::part_error(&self.graph.declaration, *index, view.part, self.at)
+                    && !view.part.is_all()
+                {
+                    return Err(error);
+                }
+                let (bound, usage, part) = match &self.graph.declaration.resources[*index].kind {
+                    ResourceKind::Buffer(desc) => (Bound::Buffer { resource: *index }, self.buffer(name, desc)?, view.part),
                     ResourceKind::Texture(desc) => {
-                        let format = view_format.unwrap_or(desc.format);
-                        (Bound::Texture { resource: *index, format }, self.texture(name, desc, format)?)
+                        let format = view.format.unwrap_or(desc.format);
+                        let part = self.part(name, desc, view.part)?;
+                        (Bound::Texture { resource: *index, format, part }, self.texture(name, desc, format, part)?, part)
                     }
                 };
                 let write = if self.binding.writes { Write::Keep } else { Write::No };
-                Ok((bound, Some(Access::new(*index, &self.binding.name, self.binding.reads, write, usage))))
+                Ok((bound, Some(Access { part, ..Access::new(*index, &self.binding.name, self.binding.reads, write, usage) })))
             }
         }
     }
@@ -258,7 +306,36 @@ impl Check<'_> {
         Ok(usage.bits())
     }
 
-    fn texture(&self, name: &str, desc: &TextureDesc, format: wgpu::TextureFormat) -> Result<u32, GraphError> {
+    /// The part that is really bound: a storage texture is one mip level, the first if none is named.
+    fn part(&self, name: &str, desc: &TextureDesc, part: Subresources) -> Result<Subresources, GraphError> {
+        if !matches!(self.binding.kind, BindingKind::StorageTexture { .. }) || desc.mip_level_count == 1 {
+            return Ok(part);
+        }
+        let mips = part.mips_of(desc.mip_level_count);
+        if part.mips == Subresources::ALL.mips {
+            return Ok(Subresources { mips: Subresources::mip(0).mips, ..part });
+        }
+        if mips.len() == 1 {
+            return Ok(part);
+        }
+        Err(GraphError::TextureShape {
+            at: self.at.clone(),
+            binding: self.binding.name.clone(),
+            shader: self.binding.place.clone(),
+            expected: "a storage texture, which is one mip level".into(),
+            resource: name.to_owned(),
+            given: part.to_string().into(),
+            mend: "bind one of them".into(),
+        })
+    }
+
+    fn texture(
+        &self,
+        name: &str,
+        desc: &TextureDesc,
+        format: wgpu::TextureFormat,
+        part: Subresources,
+    ) -> Result<u32, GraphError> {
         let format_name = crate::format::name;
         if format != desc.format && !desc.view_formats.contains(&format) {
             let (format, asked) = (format_name(desc.format), format_name(format));
@@ -266,7 +343,7 @@ impl Check<'_> {
         }
         match self.binding.kind {
             BindingKind::Texture { sample, view, multisampled } => {
-                self.shape(name, desc, view, multisampled)?;
+                self.shape(name, desc, part, view, multisampled)?;
                 self.sample(name, format, sample, view, multisampled)?;
                 Ok(wgpu::TextureUsages::TEXTURE_BINDING.bits())
             }
@@ -281,7 +358,7 @@ impl Check<'_> {
                         given: format_name(format),
                     });
                 }
-                self.shape(name, desc, view, false)?;
+                self.shape(name, desc, part, view, false)?;
                 let atomic = access == wgpu::StorageTextureAccess::Atomic;
                 Ok(if atomic { wgpu::TextureUsages::STORAGE_ATOMIC } else { wgpu::TextureUsages::STORAGE_BINDING }.bits())
             }
@@ -289,20 +366,27 @@ impl Check<'_> {
         }
     }
 
-    fn shape(&self, name: &str, desc: &TextureDesc, view: View, multisampled: bool) -> Result<(), GraphError> {
+    fn shape(
+        &self,
+        name: &str,
+        desc: &TextureDesc,
+        part: Subresources,
+        view: Dimension,
+        multisampled: bool,
+    ) -> Result<(), GraphError> {
         let three_d = desc.dimension == wgpu::TextureDimension::D3;
-        let layers = desc.size[2];
+        let layers = part.layers_of(desc.size[2]).len();
         let fits = match view {
-            View::D1 => false,
-            View::D2 => !three_d && layers == 1,
-            View::D2Array => !three_d,
-            View::Cube => !three_d && layers == 6,
-            View::CubeArray => !three_d && layers.is_multiple_of(6),
-            View::D3 => three_d,
+            Dimension::D1 => false,
+            Dimension::D2 => !three_d && layers == 1,
+            Dimension::D2Array => !three_d,
+            Dimension::Cube => !three_d && layers == 6,
+            Dimension::CubeArray => !three_d && layers.is_multiple_of(6),
+            Dimension::D3 => three_d,
         };
         let mend = if !fits {
-            if view == View::D2 && !three_d {
-                "declare a texture_2d_array in WGSL, or one layer in Rust"
+            if view == Dimension::D2 && !three_d {
+                "declare a texture_2d_array in WGSL, or bind one layer (`read_at`, `write_at`)"
             } else {
                 "change the size in Rust or the type in WGSL"
             }
@@ -328,7 +412,7 @@ impl Check<'_> {
         name: &str,
         format: wgpu::TextureFormat,
         expected: wgpu::TextureSampleType,
-        view: View,
+        view: Dimension,
         multisampled: bool,
     ) -> Result<(), GraphError> {
         use wgpu::TextureSampleType as S;

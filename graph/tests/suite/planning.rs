@@ -22,7 +22,7 @@ fn unused_results_are_culled_and_take_no_memory() {
     let plan = graph.plan(&PlanOptions::default()).unwrap();
     assert_eq!(plan.order, [0, 1, 3]);
     assert_eq!(plan.culled[0].pass, "dead");
-    assert_eq!(plan.culled[0].reason, "nothing reads `c`");
+    assert_eq!(plan.culled[0].reason, "writes `c`, which nothing reads");
     assert_eq!(plan.slot_of[2], None, "`c` gets no memory");
     assert_eq!(plan.memory.unshared_bytes, 64);
 }
@@ -45,7 +45,7 @@ fn storage_writes_keep_earlier_contents_and_clears_do_not() {
     assert_eq!(build(false).order, [0, 1, 2], "the second may write only a part, so the first stays");
     let cleared = build(true);
     assert_eq!(cleared.order, [1, 2]);
-    assert_eq!(cleared.culled[0].reason, "`clear a` overwrites `a` before anything reads it");
+    assert_eq!(cleared.culled[0].reason, "writes `a`, which `clear a` overwrites before anything reads it");
 }
 
 #[test]
