@@ -209,6 +209,12 @@ impl Executor {
         self.order = order;
     }
 
+    /// Whether attachments that never leave their render pass get transient memory. At first, where the adapter says that
+    /// this saves memory.
+    pub fn set_transient_attachments(&mut self, transient: bool) {
+        self.transient_attachments = transient;
+    }
+
     /// Threads that record passes; 1 at first. Frames of a few hundred passes and more gain by it.
     pub fn set_threads(&mut self, threads: usize) {
         self.threads = threads.max(1);

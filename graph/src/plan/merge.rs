@@ -12,7 +12,8 @@
 //! passes in between end a unit: what they do to memory must not be reordered here; the next phase may have moved
 //! them apart already in recorded order.
 
-use crate::declaration::{Access, Attachment, Declaration, PassDecl, PassKind, Write};
+use super::lifetimes::Lifetime;
+use crate::declaration::{Access, Attachment, Declaration, Origin, PassDecl, PassKind, ResourceKind, Write};
 use std::ops::Range;
 
 /// The live passes, cut into units that run as one, in an order that respects every dependency.
@@ -141,6 +142,26 @@ fn fold_clears(declaration: &Declaration, live: &[bool]) -> Vec<(usize, usize)> 
         }
     }
     folded
+}
+
+/// Marks textures that are only ever attached, within one render pass: nothing of them need reach memory. What is drawn
+/// into them first clears them, as contents from before would be stale.
+pub(super) fn transient_attachments(
+    declaration: &Declaration,
+    lifetimes: &[Option<Lifetime>],
+    steps: &[Range<usize>],
+    usages: &mut [u32],
+) {
+    for (index, resource) in declaration.resources.iter().enumerate() {
+        let Some(lifetime) = lifetimes[index] else { continue };
+        let step = steps.partition_point(|step| step.end <= lifetime.first);
+        let attached = usages[index] == wgpu::TextureUsages::RENDER_ATTACHMENT.bits();
+        let texture = matches!(resource.kind, ResourceKind::Texture(_));
+        let inside = steps.get(step).is_some_and(|step| lifetime.last < step.end);
+        if texture && attached && inside && resource.origin == Origin::Transient && !resource.keep {
+            usages[index] |= wgpu::TextureUsages::TRANSIENT_ATTACHMENT.bits();
+        }
+    }
 }
 
 #[cfg(test)]

@@ -174,7 +174,10 @@ pub fn plan_with_needs(
     let (order, steps) = units.flatten(sequence);
     let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
     let live_bytes = lifetimes::live_bytes(declaration, &lifetimes, order.len());
-    let usages = usages(declaration, &order);
+    let mut usages = usages(declaration, &order);
+    if options.transient_attachments {
+        merge::transient_attachments(declaration, &lifetimes, &steps, &mut usages);
+    }
     let merged = place::pool(declaration, &lifetimes, &usages, Sharing::Merged);
     let heap = place::heap(declaration, &lifetimes, &usages, needs);
     let mut memory = Memory {

@@ -4,6 +4,7 @@
 #![allow(clippy::float_cmp, reason = "sums of small whole numbers are exact")]
 
 mod execution;
+mod features;
 mod frames;
 mod planning;
 mod refusals;
