@@ -72,11 +72,7 @@ fn a_mip_chain_is_one_texture() {
     let mut graph = Graph::new("pyramid");
     let pyramid = pyramid(&mut graph);
     let mut words = graph.buffer("words", BufferDesc::words(4));
-    graph
-        .compute(&probe())
-        .read_at("image", &pyramid, Subresources::mip(4))
-        .write("words", &mut words)
-        .dispatch([1, 1, 1]);
+    graph.compute(&probe()).read_at("image", &pyramid, Subresources::mip(4)).write("words", &mut words).dispatch([1, 1, 1]);
     let read = graph.readback_buffer(&words);
     let plan = graph.plan(&PlanOptions::default()).unwrap();
     assert_eq!(plan.order.len(), 7, "every level is needed: {:?}", plan.culled);
@@ -176,7 +172,11 @@ fn draws_into_one_target_are_one_render_pass_and_clears_are_its_loads() {
         let halves = output.cast::<u16>(read);
         let red = |x: usize, y: usize| halves[(y * 8 + x) * 4];
         // Below the diagonal of the last triangle: 4 and the draws that reach there. 0x4400 is 4.0, 0x4500 5.0, 0x4700 7.0.
-        assert_eq!((red(0, 0), red(0, 7), red(7, 0)), (0x4400, 0x4500, 0x4400), "upper left, lower left, upper right: {halves:x?}");
+        assert_eq!(
+            (red(0, 0), red(0, 7), red(7, 0)),
+            (0x4400, 0x4500, 0x4400),
+            "upper left, lower left, upper right: {halves:x?}"
+        );
         images.push(halves);
     }
     assert_eq!(images[0], images[1], "attachments in transient memory change nothing");

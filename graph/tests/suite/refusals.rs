@@ -2,8 +2,8 @@
 
 use crate::Amount;
 use lightloom_graph::{
-    BufferDesc, ComputeShader, Graph, GraphError, Load, PlanOptions, RasterShader, Sampler, ShaderError, TextureDesc,
-    WgslSources, shader_struct,
+    Buffer, BufferDesc, ComputeShader, Graph, GraphError, Handle, Initial, Load, PlanOptions, RasterShader, Sampler, ShaderError,
+    Subresources, TextureDesc, WgslSources, shader_struct,
     wgpu::{self, TextureFormat as F},
 };
 
@@ -373,6 +373,79 @@ refusals! {
 
     attachment_size: draw(plain(F::Rgba8Unorm), TextureDesc::new_2d([4, 5], F::R32Uint), Load::Clear([0.0; 4]))
         => AttachmentSize, ["`my_color` (rgba8unorm 4×4)", "`my_id` (r32uint 4×5)"];
+
+    no_such_mip: planned(|graph| {
+        let shader = one("@group(0) @binding(0) var image: texture_2d<f32>; @group(0) @binding(1) var<storage, read_write> out: array<f32>;
+            fn body() { out[0] = textureLoad(image, vec2u(0u), 0).x; }");
+        let image = graph.import_texture("image", plain(F::R32Float).mip_levels(3), None);
+        let mut out = graph.buffer("out", BufferDesc::words(1));
+        graph.compute(&shader).read_at("image", &image, Subresources::mip(3)).write("out", &mut out).dispatch([1, 1, 1]);
+    }) => NoSuchPart, ["pass `one`", "refusals.rs:", "`image` has no mip 3", "3 mips and 1 layers"];
+
+    no_such_layer: planned(|graph| {
+        let mut layers = graph.texture("layers", plain(F::R32Float).layers(6));
+        graph.clear_texture_at(&mut layers, Subresources::mip(0).layer(6), Load::Clear([0.0; 4]));
+    }) => NoSuchPart, ["pass `clear layers`", "mip 0, layer 6", "6 layers"];
+
+    storage_of_several_mips: planned(|graph| {
+        let shader = one("@group(0) @binding(0) var image: texture_storage_2d<r32float, write>; fn body() { textureStore(image, vec2u(0u), vec4f(0.0)); }");
+        let mut image = graph.texture("image", plain(F::R32Float).mip_levels(3));
+        graph.compute(&shader).write_at("image", &mut image, Subresources::mips(1..3)).dispatch([1, 1, 1]);
+    }) => TextureShape, ["`image` is a storage texture, which is one mip level", "mips 1…2", "bind one"];
+
+    clear_of_several_layers: planned(|graph| {
+        let mut layers = graph.texture("layers", plain(F::R32Float).layers(2));
+        graph.clear_texture(&mut layers, Load::Clear([0.0; 4]));
+    }) => Attachment, ["`layers`", "several layers", "clear_texture_at"];
+
+    clear_of_depth_with_a_colour: planned(|graph| {
+        let mut depth = graph.texture("depth", plain(F::Depth32Float));
+        graph.clear_texture(&mut depth, Load::Clear([0.0; 4]));
+    }) => Attachment, ["`depth` (depth32float)", "Load::ClearDepth"];
+
+    clear_that_keeps: planned(|graph| {
+        let mut color = graph.texture("color", plain(F::Rgba8Unorm));
+        graph.clear_texture(&mut color, Load::Keep);
+    }) => Attachment, ["`color`", "Load::Clear("];
+
+    conflict_of_parts: planned(|graph| {
+        let shader = one("@group(0) @binding(0) var source: texture_2d<f32>; @group(0) @binding(1) var to: texture_storage_2d<r32float, write>;
+            fn body() { textureStore(to, vec2u(0u), textureLoad(source, vec2u(0u), 0)); }");
+        let mut image = graph.import_texture("image", plain(F::R32Float).mip_levels(3), None);
+        graph.compute(&shader).read_at("source", &image, Subresources::mips(0..2)).write_at("to", &mut image, Subresources::mip(1)).dispatch([1, 1, 1]);
+    }) => WriteConflict, ["`image`", "`source`", "`to`"];
+
+    optional_write: planned(|graph| {
+        let shader = one("@group(0) @binding(0) var<storage, read_write> words: array<u32>; fn body() { words[0] = 1u; }");
+        graph.compute(&shader).read_optional("words", None::<&Handle<Buffer>>).dispatch([1, 1, 1]);
+    }) => Kind, ["`words`", "which only what is read can be"];
+
+    indirect_outside: planned(|graph| {
+        let arguments = graph.import_buffer("arguments", BufferDesc::words(4), None);
+        let mut words = graph.buffer("words", BufferDesc::words(1));
+        let shader = one("@group(0) @binding(0) var<storage, read_write> words: array<u32>; fn body() { words[0] = 1u; }");
+        graph.compute(&shader).write("words", &mut words).dispatch_indirect(&arguments, 8);
+    }) => Indirect, ["pass `one`", "byte 8 of `arguments` (16 bytes) take 12 bytes"];
+
+    indirect_unaligned: planned(|graph| {
+        let arguments = graph.import_buffer("arguments", BufferDesc::words(8), None);
+        let [mut color, mut id] = [("color", F::Rgba8Unorm), ("id", F::R32Uint)].map(|(n, f)| graph.texture(n, plain(f)));
+        graph.raster(&raster()).color("color", &mut color, Load::Clear([0.0; 4])).color("id", &mut id, Load::Clear([0.0; 4])).draw_indirect(&arguments, 6);
+    }) => Indirect, ["pass `draw`", "multiple of 4"];
+
+    indirect_arguments_are_written: planned(|graph| {
+        let mut words = graph.import_buffer("arguments", BufferDesc::words(8), None);
+        let shader = one("@group(0) @binding(0) var<storage, read_write> words: array<u32>; fn body() { words[0] = 1u; }");
+        graph.compute(&shader).write("words", &mut words).dispatch_indirect(&words, 0);
+    }) => WriteConflict, ["`arguments`", "`indirect arguments`"];
+
+    first_contents_of_another_size: planned(|graph| {
+        graph.persistent_buffer("sums", BufferDesc::words(4), Initial::Bytes([0; 12].into()));
+    }) => Initial, ["`sums`", "refusals.rs:", "take 16 bytes and 12 were given"];
+
+    first_contents_of_depth24: planned(|graph| {
+        graph.history_texture_from("old", plain(F::Depth24Plus), Initial::Bytes([0; 64].into()));
+    }) => Initial, ["`old.previous`", "Initial::Zero"];
 
     no_attachment: planned(|graph| {
         let shader = RasterShader::from_wgsl("none", "@vertex fn none_vertex() -> @builtin(position) vec4f { return vec4f(0.0); } @fragment fn none_fragment() {}").unwrap();
