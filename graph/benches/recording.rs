@@ -1,0 +1,167 @@
+//! What the graph costs the CPU: declaring, finding the plan, recording and submitting a frame, beside wgpu code written
+//! by hand that does the same work with everything it can keep kept. `cargo bench -p lightloom-graph`.
+//!
+//! The work is a chain of small dispatches, each with its params, an input and an output; the GPU's time is left out by
+//! waiting for it between frames. By hand means: pipelines, buffers and bind groups made once, params written to one
+//! uniform buffer, one encoder, one submission.
+
+#![allow(clippy::unwrap_used, reason = "a benchmark fails loudly")]
+
+use lightloom_graph::{BufferDesc, ComputeShader, Executor, Gpu, GpuRequest, Graph, Sharing, shader_struct, wgpu};
+use std::time::Instant;
+
+shader_struct! {
+    /// Params of the kernel.
+    struct Amount {
+        value: f32,
+        count: u32,
+    }
+}
+
+const WORDS: u64 = 64;
+const ALIGN: u64 = 256;
+const WGSL: &str = "struct Amount { value: f32, count: u32 }
+    @group(0) @binding(0) var<uniform> params: Amount;
+    @group(0) @binding(1) var<storage, read> source_words: array<f32>;
+    @group(0) @binding(2) var<storage, read_write> target_words: array<f32>;
+    @compute @workgroup_size(64) fn step(@builtin(global_invocation_id) id: vec3u) {
+        if id.x < params.count { target_words[id.x] = source_words[id.x] + params.value; }
+    }";
+
+/// The frame written by hand.
+struct ByHand {
+    pipeline: wgpu::ComputePipeline,
+    params: wgpu::Buffer,
+    groups: Vec<wgpu::BindGroup>,
+}
+
+impl ByHand {
+    fn new(gpu: &Gpu, passes: usize) -> Self {
+        let device = &gpu.device;
+        let source = wgpu::ShaderSource::Wgsl(WGSL.into());
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: None,
+            module: &module,
+            entry_point: None,
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        let buffer = |size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+        };
+        let params = buffer(passes as u64 * ALIGN, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
+        // A chain needs two buffers, used in turn.
+        let words = [0, 1].map(|_| buffer(WORDS * 4, wgpu::BufferUsages::STORAGE));
+        let layout = pipeline.get_bind_group_layout(0);
+        let groups = (0..passes)
+            .map(|pass| {
+                let offset = pass as u64 * ALIGN;
+                let size = wgpu::BufferSize::new(8);
+                let params = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: &params, offset, size });
+                let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+                device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: None,
+                    layout: &layout,
+                    entries: &[
+                        entry(0, params),
+                        entry(1, words[pass % 2].as_entire_binding()),
+                        entry(2, words[(pass + 1) % 2].as_entire_binding()),
+                    ],
+                })
+            })
+            .collect();
+        Self { pipeline, params, groups }
+    }
+
+    fn frame(&self, gpu: &Gpu) {
+        let mut bytes = vec![0; self.groups.len() * ALIGN as usize];
+        for (pass, bytes) in bytes.chunks_mut(ALIGN as usize).enumerate() {
+            bytes[..4].copy_from_slice(&(pass as f32).to_le_bytes());
+            bytes[4..8].copy_from_slice(&(WORDS as u32).to_le_bytes());
+        }
+        gpu.queue.write_buffer(&self.params, 0, &bytes);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for group in &self.groups {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("step"), timestamp_writes: None });
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(1, 1, 1);
+        }
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+fn by_graph(executor: &mut Executor, step: &ComputeShader, passes: usize) -> [f64; 3] {
+    let started = Instant::now();
+    let mut graph = Graph::new("frame");
+    let mut now = graph.import_buffer("first", BufferDesc::words(WORDS), FIRST.with(|first| first.borrow().clone()));
+    for pass in 0..passes {
+        let mut next = graph.buffer("words", BufferDesc::words(WORDS));
+        graph
+            .compute(step)
+            .params(&Amount { value: pass as f32, count: WORDS as u32 })
+            .read("source_words", &now)
+            .write("target_words", &mut next)
+            .dispatch([1, 1, 1]);
+        now = next;
+    }
+    graph.keep(&now);
+    let declared = started.elapsed().as_secs_f64() * 1e6;
+    let output = executor.execute(graph).unwrap();
+    [declared, output.plan_us, output.record_us]
+}
+
+thread_local! {
+    static FIRST: std::cell::RefCell<Option<wgpu::Buffer>> = const { std::cell::RefCell::new(None) };
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+fn main() {
+    let gpu = Gpu::new(&GpuRequest::default()).unwrap();
+    println!("{}", gpu.adapter_name());
+    let step = ComputeShader::from_wgsl("step", WGSL).unwrap();
+    FIRST.with(|first| {
+        *first.borrow_mut() = Some(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: WORDS * 4,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        }));
+    });
+    let wait = || gpu.device.poll(wgpu::PollType::wait_indefinitely()).map(|_| ()).unwrap();
+    println!("passes  threads  by hand µs  graph µs (declare + plan + record)   ratio");
+    for passes in [100, 1000] {
+        let hand = ByHand::new(&gpu, passes);
+        for threads in [1, 2] {
+            let mut executor = Executor::new(&gpu);
+            executor.set_timing(false);
+            executor.set_sharing(Sharing::Merged);
+            executor.set_threads(threads);
+            let (mut times, mut parts) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new(), Vec::new()]);
+            // Pair by pair, so that both see the same machine.
+            for round in 0..300 {
+                let started = Instant::now();
+                hand.frame(&gpu);
+                let by_hand = started.elapsed().as_secs_f64() * 1e6;
+                wait();
+                let frame = by_graph(&mut executor, &step, passes);
+                wait();
+                if round >= 20 {
+                    times[0].push(by_hand);
+                    times[1].push(frame.iter().sum());
+                    parts.iter_mut().zip(frame).for_each(|(all, one)| all.push(one));
+                }
+            }
+            let ratio = median(times[1].iter().zip(&times[0]).map(|(graph, hand)| graph / hand).collect());
+            let [hand, graph] = times.map(median);
+            let [declare, plan, record] = parts.map(median);
+            println!("{passes:6}  {threads:7}  {hand:10.0}  {graph:8.0} ({declare:.0} + {plan:.0} + {record:.0})   {ratio:.2}");
+        }
+    }
+}
