@@ -7,6 +7,7 @@ mod execution;
 mod frames;
 mod planning;
 mod refusals;
+mod reload;
 mod sharing;
 
 use lightloom_graph::{ComputeShader, Executor, Gpu, shader_struct};
