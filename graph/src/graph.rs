@@ -245,13 +245,19 @@ impl<'f> Graph<'f> {
     /// Begins a compute pass.
     #[track_caller]
     pub fn compute(&mut self, shader: &ComputeShader) -> ComputePass<'_, 'f> {
-        ComputePass { graph: self, shader: shader.clone(), calls: Calls::new(Location::caller()) }
+        ComputePass { graph: self, shader: shader.latest(), calls: Calls::new(Location::caller()) }
     }
 
     /// Begins a raster pass.
     #[track_caller]
     pub fn raster(&mut self, shader: &RasterShader) -> RasterPass<'_, 'f> {
-        RasterPass { graph: self, shader: shader.clone(), calls: Calls::new(Location::caller()), colors: Vec::new(), depth: None }
+        RasterPass {
+            graph: self,
+            shader: shader.latest(),
+            calls: Calls::new(Location::caller()),
+            colors: Vec::new(),
+            depth: None,
+        }
     }
 
     /// Begins a pass the caller records.

@@ -146,7 +146,7 @@ pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
     let source = flat.source();
     let module = naga::front::wgsl::parse_str(source).map_err(|error| {
         let span = error.labels().map(|(span, _)| span).find(naga::Span::is_defined).unwrap_or_default();
-        let detail: Vec<&str> = error.labels().map(|(_, text)| text).filter(|text| !text.is_empty()).collect();
+        let detail: Vec<&str> = error.labels().map(|(_, text)| text).filter(|text| !error.message().contains(text)).collect();
         let notes: Vec<&str> = error.notes().collect();
         let message = [error.message(), &detail.join(", "), &notes.join(", ")]
             .iter()

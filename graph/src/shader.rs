@@ -3,10 +3,13 @@
 use crate::{
     error::{ShaderError, names},
     reflect::{self, Binding, Entry, Reflected},
-    wgsl::{FlatWgsl, WgslSources},
+    reload::Follower,
+    sources::{Parsed, WgslSources},
+    wgsl::FlatWgsl,
 };
 use naga::ShaderStage;
 use std::{
+    collections::HashMap,
     hash::{DefaultHasher, Hash, Hasher},
     sync::Arc,
 };
@@ -16,6 +19,18 @@ use std::{
 pub(crate) struct Source {
     pub(crate) flat: FlatWgsl,
     pub(crate) reflected: Reflected,
+    /// Of the text.
+    hash: u64,
+}
+
+impl Source {
+    /// Parses and validates `flat`.
+    pub(crate) fn parse(flat: FlatWgsl) -> Result<Self, ShaderError> {
+        let reflected = reflect::parse(&flat)?;
+        let mut hasher = DefaultHasher::new();
+        flat.source().hash(&mut hasher);
+        Ok(Self { flat, reflected, hash: hasher.finish() })
+    }
 }
 
 /// What compute and raster shaders share. Two shaders with equal identities compile to the same pipeline.
@@ -31,12 +46,11 @@ pub(crate) struct ShaderCore {
 
 impl PartialEq for ShaderCore {
     fn eq(&self, other: &Self) -> bool {
-        let constants =
-            |core: &Self| core.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect::<Vec<_>>();
         self.hash == other.hash
             && self.label == other.label
             && (Arc::ptr_eq(&self.source, &other.source) || self.source.flat.source() == other.source.flat.source())
-            && constants(self) == constants(other)
+            && self.constants.len() == other.constants.len()
+            && self.constants.iter().zip(&other.constants).all(|(a, b)| (&a.0, a.1.to_bits()) == (&b.0, b.1.to_bits()))
     }
 }
 
@@ -65,7 +79,7 @@ impl ShaderCore {
     fn rehash(&mut self) {
         let mut hasher = DefaultHasher::new();
         self.label.hash(&mut hasher);
-        self.source.flat.source().hash(&mut hasher);
+        self.source.hash.hash(&mut hasher);
         for (name, value) in &self.constants {
             (name, value.to_bits()).hash(&mut hasher);
         }
@@ -125,22 +139,30 @@ impl ShaderCore {
     }
 }
 
-fn stem(path: &str) -> &str {
+/// The file's name without folder and ending.
+pub(crate) fn stem(path: &str) -> &str {
     let file = path.rsplit('/').next().unwrap_or(path);
     file.strip_suffix(".wgsl").unwrap_or(file)
 }
 
-fn source(flat: FlatWgsl) -> Result<Arc<Source>, ShaderError> {
-    let reflected = reflect::parse(&flat)?;
-    Ok(Arc::new(Source { flat, reflected }))
+/// A kind of shader, as a set of sources makes it.
+pub(crate) trait Shader: Clone + Send + Sync + 'static {
+    /// The shader of `source` whose entry points are named after `label`.
+    fn build(label: &str, source: Arc<Source>) -> Result<Self, ShaderError>;
+    /// The same with a constant.
+    fn set_constant(self, name: &str, value: f64) -> Result<Self, ShaderError>;
+    /// Where shaders of this kind are kept.
+    fn shelf(parsed: &mut Parsed) -> &mut HashMap<String, Self>;
+    fn core(&self) -> &ShaderCore;
 }
 
 /// A compute entry point, parsed, validated and reflected; cheap to clone, needs no device.
 #[derive(Clone, Debug)]
 pub struct ComputeShader {
-    pub(crate) core: ShaderCore,
+    pub(crate) core: Arc<ShaderCore>,
     workgroup_size: [u32; 3],
     pub(crate) workgroup_bytes: u64,
+    live: Option<Arc<Follower<Self>>>,
 }
 
 impl ComputeShader {
@@ -149,7 +171,9 @@ impl ComputeShader {
     /// # Errors
     /// If a file is missing, the WGSL is invalid, or there is no such entry point.
     pub fn new(sources: &WgslSources, path: &str) -> Result<Self, ShaderError> {
-        Self::build(stem(path), sources.flatten(path)?)
+        let Some(live) = sources.live() else { return sources.shader(path) };
+        let (shader, follower) = live.shader::<Self>(path)?;
+        Ok(Self { live: Some(follower), ..shader })
     }
 
     /// The shader in the text `wgsl`; its entry point is `label`.
@@ -157,34 +181,23 @@ impl ComputeShader {
     /// # Errors
     /// If the WGSL is invalid or there is no such entry point.
     pub fn from_wgsl(label: &str, wgsl: &str) -> Result<Self, ShaderError> {
-        Self::build(label, FlatWgsl::single(label, wgsl))
-    }
-
-    fn build(label: &str, flat: FlatWgsl) -> Result<Self, ShaderError> {
-        let source = source(flat)?;
-        let Entry { bindings, unused, workgroup_bytes, .. } =
-            reflect::entry(&source.reflected, &source.flat, ShaderStage::Compute, label)?;
-        let index = source.reflected.module.entry_points.iter().position(|e| e.name == label);
-        let declared = index.map_or([1; 3], |i| source.reflected.module.entry_points[i].workgroup_size);
-        let core = ShaderCore::new(label, source, bindings, unused);
-        // Overrides without a default have no value yet: then the size stays as declared until they get one.
-        let workgroup_size = core.specialised(ShaderStage::Compute, label).unwrap_or(declared);
-        Ok(Self { core, workgroup_size, workgroup_bytes })
+        Self::build(label, Arc::new(Source::parse(FlatWgsl::single(label, wgsl))?))
     }
 
     /// The shader with the WGSL `override` `name` set.
     ///
     /// # Errors
     /// If there is no such override or the value does not fit its type.
-    pub fn with_constant(mut self, name: &str, value: f64) -> Result<Self, ShaderError> {
-        self.core.set_constant(name, value)?;
-        match self.core.specialised(ShaderStage::Compute, &self.core.label) {
-            Ok(size) => self.workgroup_size = size,
-            // Another override may still be without its value; the last call that leaves none decides.
-            Err(error) if !error.to_string().contains("Missing value") => return Err(error),
-            Err(_) => {}
-        }
-        Ok(self)
+    pub fn with_constant(self, name: &str, value: f64) -> Result<Self, ShaderError> {
+        let Some(live) = &self.live else { return self.set_constant(name, value) };
+        let (shader, follower) = live.with_constant(name, value)?;
+        Ok(Self { live: Some(follower), ..shader })
+    }
+
+    /// The shader as its files are now: of a live set, the version that the last good
+    /// [`WgslSources::poll`](crate::WgslSources::poll) took up, and otherwise itself. Passes take it by themselves.
+    pub fn latest(&self) -> Self {
+        self.live.as_ref().map_or_else(|| self.clone(), |live| live.latest())
     }
 
     /// The label: the entry point's name.
@@ -194,12 +207,44 @@ impl ComputeShader {
 
     /// Invocations of one workgroup in x, y and z.
     pub fn workgroup_size(&self) -> [u32; 3] {
-        self.workgroup_size
+        self.live.as_ref().map_or(self.workgroup_size, |live| live.latest().workgroup_size)
     }
 
-    /// The flattened WGSL.
+    /// The flattened WGSL that this value was made from.
     pub fn wgsl(&self) -> &str {
         self.core.source.flat.source()
+    }
+}
+
+impl Shader for ComputeShader {
+    fn build(label: &str, source: Arc<Source>) -> Result<Self, ShaderError> {
+        let Entry { bindings, unused, workgroup_bytes, .. } =
+            reflect::entry(&source.reflected, &source.flat, ShaderStage::Compute, label)?;
+        let index = source.reflected.module.entry_points.iter().position(|e| e.name == label);
+        let declared = index.map_or([1; 3], |i| source.reflected.module.entry_points[i].workgroup_size);
+        let core = ShaderCore::new(label, source, bindings, unused);
+        // Overrides without a default have no value yet: then the size stays as declared until they get one.
+        let workgroup_size = core.specialised(ShaderStage::Compute, label).unwrap_or(declared);
+        Ok(Self { core: Arc::new(core), workgroup_size, workgroup_bytes, live: None })
+    }
+
+    fn set_constant(mut self, name: &str, value: f64) -> Result<Self, ShaderError> {
+        Arc::make_mut(&mut self.core).set_constant(name, value)?;
+        match self.core.specialised(ShaderStage::Compute, &self.core.label) {
+            Ok(size) => self.workgroup_size = size,
+            // Another override may still be without its value; the last call that leaves none decides.
+            Err(error) if !error.to_string().contains("Missing value") => return Err(error),
+            Err(_) => {}
+        }
+        Ok(self)
+    }
+
+    fn shelf(parsed: &mut Parsed) -> &mut HashMap<String, Self> {
+        &mut parsed.compute
+    }
+
+    fn core(&self) -> &ShaderCore {
+        &self.core
     }
 }
 
@@ -209,7 +254,7 @@ impl ComputeShader {
 /// returns a struct whose member names are the attachments' names. Triangles are lists, front faces counter-clockwise.
 #[derive(Clone, Debug)]
 pub struct RasterShader {
-    pub(crate) core: ShaderCore,
+    pub(crate) core: Arc<ShaderCore>,
     pub(crate) outputs: Arc<[reflect::Output]>,
     pub(crate) vertex: Arc<str>,
     pub(crate) fragment: Arc<str>,
@@ -217,6 +262,7 @@ pub struct RasterShader {
     pub(crate) blend: Option<wgpu::BlendState>,
     pub(crate) depth_compare: wgpu::CompareFunction,
     pub(crate) writes_depth: bool,
+    live: Option<Arc<Follower<Self>>>,
 }
 
 impl RasterShader {
@@ -225,7 +271,9 @@ impl RasterShader {
     /// # Errors
     /// If a file is missing, the WGSL is invalid, or an entry point is missing.
     pub fn new(sources: &WgslSources, path: &str) -> Result<Self, ShaderError> {
-        Self::build(stem(path), sources.flatten(path)?)
+        let Some(live) = sources.live() else { return sources.shader(path) };
+        let (shader, follower) = live.shader::<Self>(path)?;
+        Ok(Self { live: Some(follower), ..shader })
     }
 
     /// The shader in the text `wgsl`, with entry points `<label>_vertex` and `<label>_fragment`.
@@ -233,11 +281,61 @@ impl RasterShader {
     /// # Errors
     /// If the WGSL is invalid or an entry point is missing.
     pub fn from_wgsl(label: &str, wgsl: &str) -> Result<Self, ShaderError> {
-        Self::build(label, FlatWgsl::single(label, wgsl))
+        Self::build(label, Arc::new(Source::parse(FlatWgsl::single(label, wgsl))?))
     }
 
-    fn build(label: &str, flat: FlatWgsl) -> Result<Self, ShaderError> {
-        let source = source(flat)?;
+    /// The shader with the WGSL `override` `name` set, in both stages.
+    ///
+    /// # Errors
+    /// If there is no such override or the value does not fit its type.
+    pub fn with_constant(self, name: &str, value: f64) -> Result<Self, ShaderError> {
+        let Some(live) = &self.live else { return self.set_constant(name, value) };
+        let (shader, follower) = live.with_constant(name, value)?;
+        Ok(Self { live: Some(follower), ..self.with_program(shader) })
+    }
+
+    /// The shader as its files are now: of a live set, the version that the last good
+    /// [`WgslSources::poll`](crate::WgslSources::poll) took up, and otherwise itself. Passes take it by themselves.
+    pub fn latest(&self) -> Self {
+        self.live.as_ref().map_or_else(|| self.clone(), |live| self.with_program(live.latest()))
+    }
+
+    /// Another program in the same state of culling, blending and depth test.
+    fn with_program(&self, program: Self) -> Self {
+        Self { cull: self.cull, blend: self.blend, depth_compare: self.depth_compare, ..program }
+    }
+
+    /// The shader, culling `face`; by default nothing is culled.
+    pub fn with_cull(mut self, face: Option<wgpu::Face>) -> Self {
+        self.cull = face;
+        self
+    }
+
+    /// The shader, blending every colour attachment with `blend`; by default fragments replace.
+    pub fn with_blend(mut self, blend: wgpu::BlendState) -> Self {
+        self.blend = Some(blend);
+        self
+    }
+
+    /// The shader, with another depth test than `Less`; `Greater` for reversed depth.
+    pub fn with_depth_compare(mut self, compare: wgpu::CompareFunction) -> Self {
+        self.depth_compare = compare;
+        self
+    }
+
+    /// The label: the stem of the entry points' names.
+    pub fn label(&self) -> &str {
+        &self.core.label
+    }
+
+    /// The flattened WGSL that this value was made from.
+    pub fn wgsl(&self) -> &str {
+        self.core.source.flat.source()
+    }
+}
+
+impl Shader for RasterShader {
+    fn build(label: &str, source: Arc<Source>) -> Result<Self, ShaderError> {
         let (vertex, fragment) = (format!("{label}_vertex"), format!("{label}_fragment"));
         let first = reflect::entry(&source.reflected, &source.flat, ShaderStage::Vertex, &vertex)?;
         let second = reflect::entry(&source.reflected, &source.flat, ShaderStage::Fragment, &fragment)?;
@@ -270,7 +368,7 @@ impl RasterShader {
         let unused = first.unused.into_iter().filter(|name| second.unused.contains(name)).collect();
         let core = ShaderCore::new(label, source, bindings, unused);
         Ok(Self {
-            core,
+            core: Arc::new(core),
             outputs: second.outputs.into(),
             vertex: vertex.into(),
             fragment: fragment.into(),
@@ -278,43 +376,20 @@ impl RasterShader {
             blend: None,
             depth_compare: wgpu::CompareFunction::Less,
             writes_depth: second.writes_depth,
+            live: None,
         })
     }
 
-    /// The shader with the WGSL `override` `name` set, in both stages.
-    ///
-    /// # Errors
-    /// If there is no such override or the value does not fit its type.
-    pub fn with_constant(mut self, name: &str, value: f64) -> Result<Self, ShaderError> {
-        self.core.set_constant(name, value)?;
+    fn set_constant(mut self, name: &str, value: f64) -> Result<Self, ShaderError> {
+        Arc::make_mut(&mut self.core).set_constant(name, value)?;
         Ok(self)
     }
 
-    /// The shader, culling `face`; by default nothing is culled.
-    pub fn with_cull(mut self, face: Option<wgpu::Face>) -> Self {
-        self.cull = face;
-        self
+    fn shelf(parsed: &mut Parsed) -> &mut HashMap<String, Self> {
+        &mut parsed.raster
     }
 
-    /// The shader, blending every colour attachment with `blend`; by default fragments replace.
-    pub fn with_blend(mut self, blend: wgpu::BlendState) -> Self {
-        self.blend = Some(blend);
-        self
-    }
-
-    /// The shader, with another depth test than `Less`; `Greater` for reversed depth.
-    pub fn with_depth_compare(mut self, compare: wgpu::CompareFunction) -> Self {
-        self.depth_compare = compare;
-        self
-    }
-
-    /// The label: the stem of the entry points' names.
-    pub fn label(&self) -> &str {
-        &self.core.label
-    }
-
-    /// The flattened WGSL.
-    pub fn wgsl(&self) -> &str {
-        self.core.source.flat.source()
+    fn core(&self) -> &ShaderCore {
+        &self.core
     }
 }

@@ -13,35 +13,36 @@
 use crate::error::{ShaderError, ShaderPlace, names};
 use std::{collections::BTreeMap, collections::HashSet, sync::Arc};
 
-/// A set of WGSL files by path.
-#[derive(Clone, Debug, Default)]
-pub struct WgslSources {
-    files: BTreeMap<String, Arc<str>>,
-}
+/// WGSL texts by path. Cheap to clone.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Texts(Arc<BTreeMap<String, Arc<str>>>);
 
-impl WgslSources {
-    /// An empty set.
-    pub fn new() -> Self {
-        Self::default()
+impl Texts {
+    /// Adds a text; a path met again takes the new one.
+    pub(crate) fn insert(&mut self, path: &str, text: Arc<str>) {
+        Arc::make_mut(&mut self.0).insert(path.to_owned(), text);
     }
 
-    /// The set with `files` added: `(path from the root, text)`. A path met again takes the new text.
-    pub fn with(mut self, files: &[(&str, &str)]) -> Self {
-        self.files.extend(files.iter().map(|(path, text)| ((*path).to_owned(), Arc::from(*text))));
-        self
+    pub(crate) fn get(&self, path: &str) -> Option<&Arc<str>> {
+        self.0.get(path)
     }
 
     /// All paths, sorted.
-    pub fn paths(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+
+    /// Paths of which the texts differ, sorted.
+    pub(crate) fn changed(&self, other: &Self) -> Vec<String> {
+        let mut paths: Vec<&str> = self.paths().chain(other.paths()).filter(|path| self.get(path) != other.get(path)).collect();
+        paths.sort_unstable();
+        paths.dedup();
+        paths.into_iter().map(str::to_owned).collect()
     }
 
     /// The file at `path` with every import replaced by the imported text.
-    ///
-    /// # Errors
-    /// If the file or an import of it does not exist, or a line starts with `#` and is no import.
-    pub fn flatten(&self, path: &str) -> Result<FlatWgsl, ShaderError> {
-        if !self.files.contains_key(path) {
+    pub(crate) fn flatten(&self, path: &str) -> Result<FlatWgsl, ShaderError> {
+        if !self.0.contains_key(path) {
             return Err(ShaderError::UnknownFile { path: path.to_owned(), known: names(self.paths()) });
         }
         let mut flat = FlatWgsl::default();
@@ -52,7 +53,7 @@ impl WgslSources {
     /// Appends `path` and what it imports, depth first, on an explicit stack: import chains may be long.
     fn append(&self, path: &str, flat: &mut FlatWgsl, seen: &mut HashSet<String>) -> Result<(), ShaderError> {
         let mut stack: Vec<(u32, std::iter::Enumerate<std::str::Lines<'_>>)> = Vec::new();
-        if let Some(text) = self.files.get(path) {
+        if let Some(text) = self.0.get(path) {
             seen.insert(path.to_owned());
             stack.push((flat.file(path), text.lines().enumerate()));
         }
@@ -71,7 +72,7 @@ impl WgslSources {
             let Some(import) = import_path(line) else {
                 return Err(ShaderError::Directive { place: place(), line: line.trim().to_owned() });
             };
-            let Some(text) = self.files.get(import) else {
+            let Some(text) = self.0.get(import) else {
                 return Err(ShaderError::UnknownImport { place: place(), path: import.to_owned() });
             };
             if seen.insert(import.to_owned()) {
@@ -92,7 +93,7 @@ fn import_path(line: &str) -> Option<&str> {
 }
 
 /// Flattened WGSL that remembers where each line came from.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FlatWgsl {
     source: String,
     files: Vec<String>,
@@ -151,6 +152,7 @@ impl FlatWgsl {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::WgslSources;
 
     fn sources() -> WgslSources {
         WgslSources::new().with(&[

@@ -14,6 +14,14 @@ pub enum ShaderError {
         /// The paths there are.
         known: String,
     },
+    /// A file of a watched folder, or the folder, cannot be read.
+    #[error("cannot read shader file `{path}`: {message}")]
+    Unreadable {
+        /// The path below the folder, or the folder's.
+        path: String,
+        /// Why, and the mend.
+        message: String,
+    },
     /// An `#import` names a file that is not there.
     #[error(
         "{place}: `#import \"{path}\"` names no file of the source set; write the path from the set's root, such as \"shared/rng.wgsl\""

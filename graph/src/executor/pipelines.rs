@@ -16,14 +16,14 @@ const IDLE_FRAMES: u64 = 64;
 /// Compiled pipelines and samplers.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
-    compute: HashMap<ShaderCore, (Arc<Compute>, u64)>,
+    compute: HashMap<Arc<ShaderCore>, (Arc<Compute>, u64)>,
     raster: HashMap<RasterKey, (Arc<Raster>, u64)>,
     samplers: HashMap<Sampler, wgpu::Sampler>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct RasterKey {
-    core: ShaderCore,
+    core: Arc<ShaderCore>,
     cull: Option<wgpu::Face>,
     blend: Option<wgpu::BlendState>,
     depth_compare: wgpu::CompareFunction,
@@ -71,7 +71,7 @@ impl Pipelines {
             });
             Ok(Arc::new(Compute { pipeline, layouts }))
         })?;
-        self.compute.insert(core.clone(), (Arc::clone(&made), frame));
+        self.compute.insert(Arc::clone(core), (Arc::clone(&made), frame));
         Ok(made)
     }
 
@@ -83,7 +83,7 @@ impl Pipelines {
         frame: u64,
     ) -> Result<Arc<Raster>, GraphError> {
         let key = RasterKey {
-            core: shader.core.clone(),
+            core: Arc::clone(&shader.core),
             cull: shader.cull,
             blend: shader.blend,
             depth_compare: shader.depth_compare,

@@ -8,6 +8,7 @@ mod features;
 mod frames;
 mod planning;
 mod refusals;
+mod reload;
 mod sharing;
 
 use lightloom_graph::{ComputeShader, Executor, Gpu, shader_struct};
