@@ -48,9 +48,8 @@ impl ByHand {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
         });
-        let buffer = |size, usage| {
-            device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-        };
+        let buffer =
+            |size, usage| device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
         let params = buffer(passes as u64 * ALIGN, wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST);
         // A chain needs two buffers, used in turn.
         let words = [0, 1].map(|_| buffer(WORDS * 4, wgpu::BufferUsages::STORAGE));
@@ -84,7 +83,8 @@ impl ByHand {
         gpu.queue.write_buffer(&self.params, 0, &bytes);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for group in &self.groups {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("step"), timestamp_writes: None });
+            let mut pass =
+                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("step"), timestamp_writes: None });
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, group, &[]);
             pass.dispatch_workgroups(1, 1, 1);

@@ -1,7 +1,14 @@
 //! One frame as plain data: what planning needs, and no shaders, closures or wgpu objects.
 
-use crate::{BufferDesc, Subresources, TextureDesc, error::PassPlace};
-use std::panic::Location;
+use crate::{
+    BufferDesc, Subresources, TextureDesc,
+    error::{PassPlace, PassRef},
+};
+use std::{
+    hash::{Hash, Hasher},
+    panic::Location,
+    sync::Arc,
+};
 
 /// A frame as data. Build it through [`Graph::declaration`](crate::Graph::declaration) or
 /// [`Declaration::from_frame_json`]; serde writes and reads the frame form of version 1.
@@ -21,7 +28,7 @@ pub struct Declaration {
 #[non_exhaustive]
 pub struct ResourceDecl {
     /// Name, unique in the frame.
-    pub name: String,
+    pub name: Arc<str>,
     /// Texture or buffer, with its description.
     pub kind: ResourceKind,
     /// Who owns it.
@@ -30,7 +37,7 @@ pub struct ResourceDecl {
     pub bytes: u64,
     /// Whether its writers are never culled.
     pub keep: bool,
-    pub(crate) location: Option<&'static Location<'static>>,
+    pub(crate) place: Place,
 }
 
 /// Texture or buffer.
@@ -74,7 +81,7 @@ impl Origin {
 #[non_exhaustive]
 pub struct PassDecl {
     /// Name, unique in the frame.
-    pub name: String,
+    pub name: Arc<str>,
     /// What it does.
     pub kind: PassKind,
     /// Whether it takes long and is given a submission of its own.
@@ -85,13 +92,34 @@ pub struct PassDecl {
     pub pinned: bool,
     /// What it reads and writes.
     pub accesses: Vec<Access>,
-    pub(crate) location: Option<&'static Location<'static>>,
+    pub(crate) place: Place,
 }
 
 impl PassDecl {
-    pub(crate) fn place(&self) -> PassPlace {
-        PassPlace::new(self.name.clone(), rust_place(self.location))
+    /// The pass, for an error.
+    pub(crate) fn at(&self) -> PassRef<'_> {
+        PassRef { name: &self.name, location: self.place.0 }
     }
+
+    pub(crate) fn place(&self) -> PassPlace {
+        self.at().place()
+    }
+}
+
+/// The line of Rust that declared something, if any. It is no part of a frame's structure: all places are equal.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Place(pub(crate) Option<&'static Location<'static>>);
+
+impl PartialEq for Place {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Place {}
+
+impl Hash for Place {
+    fn hash<H: Hasher>(&self, _: &mut H) {}
 }
 
 /// `file:line`, or nothing.
@@ -138,7 +166,7 @@ pub struct Access {
     /// Index of the resource.
     pub resource: usize,
     /// Name it is bound to, or a word for the use.
-    pub binding: String,
+    pub binding: Arc<str>,
     /// Whether it needs the contents from before the pass.
     pub read: bool,
     /// Whether and how it writes.
@@ -175,9 +203,8 @@ pub enum Write {
 
 impl Access {
     /// An access to the whole of `resource`.
-    pub(crate) fn new(resource: usize, binding: &str, read: bool, write: Write, usage: u32) -> Self {
-        let (binding, part) = (binding.to_owned(), Subresources::ALL);
-        Self { resource, binding, read, write, part, attachment: None, usage }
+    pub(crate) fn new(resource: usize, binding: impl Into<Arc<str>>, read: bool, write: Write, usage: u32) -> Self {
+        Self { resource, binding: binding.into(), read, write, part: Subresources::ALL, attachment: None, usage }
     }
 
     /// Whether it writes at all.

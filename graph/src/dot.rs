@@ -52,8 +52,7 @@ fn quote(text: &str) -> String {
 /// The plan as JSON: counts, bytes, culled passes with reasons, and the names of the passes in order.
 pub fn to_json(declaration: &Declaration, plan: &Plan) -> serde_json::Value {
     let memory = &plan.memory;
-    let order: Vec<&str> =
-        plan.order.iter().filter_map(|&pass| declaration.passes.get(pass)).map(|pass| pass.name.as_str()).collect();
+    let order: Vec<&str> = plan.order.iter().filter_map(|&pass| declaration.passes.get(pass)).map(|pass| &*pass.name).collect();
     let culled: Vec<serde_json::Value> =
         plan.culled.iter().map(|culled| serde_json::json!({ "pass": culled.pass, "reason": culled.reason })).collect();
     serde_json::json!({

@@ -2,7 +2,7 @@
 
 use crate::{
     BufferDesc, Subresources, TextureDesc,
-    declaration::{Access, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write},
+    declaration::{Access, Declaration, Origin, PassDecl, PassKind, Place, ResourceDecl, ResourceKind, Write},
     error::{GraphError, did_you_mean},
     format,
     plan::cells::Cells,
@@ -226,7 +226,7 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
             (ResourceKind::Texture(desc), bytes)
         }
     };
-    Ok(ResourceDecl { name: resource.name, kind, origin, bytes, keep: resource.keep, location: None })
+    Ok(ResourceDecl { name: resource.name.into(), kind, origin, bytes, keep: resource.keep, place: Place::default() })
 }
 
 fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, errors: &mut Vec<GraphError>) -> PassDecl {
@@ -265,20 +265,20 @@ fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, error
         })
         .collect();
     PassDecl {
-        name: pass.name,
+        name: pass.name.into(),
         kind: pass.kind,
         heavy: false,
         side_effect: pass.side_effect,
         pinned: false,
         accesses,
-        location: None,
+        place: Place::default(),
     }
 }
 
 impl From<&Declaration> for Frame {
     fn from(declaration: &Declaration) -> Self {
         let resources = declaration.resources.iter().map(frame_resource).collect();
-        let name = |resource: usize| declaration.resources.get(resource).map_or_else(String::new, |r| r.name.clone());
+        let name = |resource: usize| declaration.resources.get(resource).map_or_else(String::new, |r| r.name.to_string());
         let mut passes = Vec::new();
         // A write that keeps earlier contents needs them only if there are any.
         let mut contents = Contents::new(declaration);
@@ -299,7 +299,7 @@ impl From<&Declaration> for Frame {
             contents.write(pass);
             reads.dedup();
             let (side_effect, pinned) = (pass.side_effect, pass.pinned);
-            passes.push(FramePass { name: pass.name.clone(), kind: pass.kind, reads, writes, side_effect, pinned });
+            passes.push(FramePass { name: pass.name.to_string(), kind: pass.kind, reads, writes, side_effect, pinned });
         }
         Self { version: None, frame: declaration.name.clone(), resources, passes }
     }
@@ -341,7 +341,7 @@ fn frame_resource(resource: &ResourceDecl) -> FrameResource {
         Origin::Persistent | Origin::Previous | Origin::Current => FrameOrigin::History,
     };
     let mut frame = FrameResource {
-        name: resource.name.clone(),
+        name: resource.name.to_string(),
         kind: Kind::Buffer,
         origin,
         format: None,

@@ -3,16 +3,18 @@
 use crate::{
     BufferDesc, ComputeShader, Handle, History, RasterShader, Resource, Subresources, TextureDesc,
     closure::Record,
-    declaration::{Access, Attachment, Declaration, Origin, PassDecl, PassKind, ResourceDecl, ResourceKind, Write, rust_place},
-    error::{GraphError, PassPlace},
+    declaration::{
+        Access, Attachment, Declaration, Origin, PassDecl, PassKind, Place, ResourceDecl, ResourceKind, Write, rust_place,
+    },
+    error::{GraphError, PassRef},
     handle::{Buffer, Texture},
+    hash::FoldedMap,
     pass::{Calls, ClosurePass, ComputePass, Draw, Groups, Load, RasterPass},
     plan::{Plan, PlanOptions},
     raster::{Target, Targets},
-    verify::Bound,
+    verify::{Bound, ParamsRange},
 };
 use std::{
-    collections::HashMap,
     panic::Location,
     sync::{
         Arc,
@@ -37,8 +39,10 @@ pub struct Graph<'f> {
     pub(crate) initials: Vec<(usize, Arc<[u8]>)>,
     pub(crate) readbacks: u32,
     errors: Vec<GraphError>,
-    resource_names: HashMap<String, u32>,
-    pass_names: HashMap<String, u32>,
+    /// The params of all passes, each at a multiple of [`UNIFORM_ALIGN`].
+    pub(crate) params: Vec<u8>,
+    resource_names: Names,
+    pass_names: Names,
 }
 
 /// The caller's wgpu object behind a resource.
@@ -58,8 +62,8 @@ pub(crate) struct Recorded<'f> {
 /// What a pass does.
 #[derive(Debug)]
 pub(crate) enum Work<'f> {
-    Compute { shader: ComputeShader, bound: Vec<Bound>, params: Option<Vec<u8>>, groups: Groups },
-    Raster { shader: RasterShader, bound: Vec<Bound>, params: Option<Vec<u8>>, targets: Targets, draw: Draw },
+    Compute { shader: ComputeShader, bound: Vec<Bound>, params: Option<ParamsRange>, groups: Groups },
+    Raster { shader: RasterShader, bound: Vec<Bound>, params: Option<ParamsRange>, targets: Targets, draw: Draw },
     ClearTexture { target: Cleared },
     ClearBuffer { buffer: usize },
     CopyBuffer { from: usize, to: usize },
@@ -106,8 +110,9 @@ impl<'f> Graph<'f> {
             initials: Vec::new(),
             readbacks: 0,
             errors: Vec::new(),
-            resource_names: HashMap::new(),
-            pass_names: HashMap::new(),
+            params: Vec::new(),
+            resource_names: Names::default(),
+            pass_names: Names::default(),
         }
     }
 
@@ -151,7 +156,7 @@ impl<'f> Graph<'f> {
     /// A pair of textures kept between frames; `initial` is what `previous` holds in the first frame.
     #[track_caller]
     pub fn history_texture_from(&mut self, name: &str, desc: TextureDesc, initial: Initial) -> History<Texture> {
-        let name = unique(&mut self.resource_names, name);
+        let name = unique(&mut self.resource_names, Arc::from(name));
         let previous = self.add_texture(&format!("{name}.previous"), desc.clone(), Origin::Previous, Object::None);
         self.set_initial(previous.index, crate::executor::texture_bytes(&desc), initial);
         History { previous, current: self.add_texture(&format!("{name}.current"), desc, Origin::Current, Object::None) }
@@ -166,7 +171,7 @@ impl<'f> Graph<'f> {
     /// A pair of buffers kept between frames; `initial` is what `previous` holds in the first frame.
     #[track_caller]
     pub fn history_buffer_from(&mut self, name: &str, desc: BufferDesc, initial: Initial) -> History<Buffer> {
-        let name = unique(&mut self.resource_names, name);
+        let name = unique(&mut self.resource_names, Arc::from(name));
         let previous = self.add_buffer(&format!("{name}.previous"), desc.clone(), Origin::Previous, Object::None);
         self.set_initial(previous.index, Some(desc.size), initial);
         History { previous, current: self.add_buffer(&format!("{name}.current"), desc, Origin::Current, Object::None) }
@@ -203,7 +208,7 @@ impl<'f> Graph<'f> {
             None => "its format cannot be filled from bytes; use `Initial::Zero`".to_owned(),
             Some(needed) => format!("its first contents take {needed} bytes and {} were given; give them all", bytes.len()),
         };
-        let (resource, rust) = (decl.name.clone(), rust_place(Some(Location::caller())));
+        let (resource, rust) = (decl.name.to_string(), rust_place(Some(Location::caller())));
         self.errors.push(GraphError::Initial { resource, rust, message });
     }
 
@@ -232,12 +237,13 @@ impl<'f> Graph<'f> {
         desc: T::Desc,
     ) -> Handle<T> {
         let location = Location::caller();
-        let name = unique(&mut self.resource_names, name);
+        let name = unique(&mut self.resource_names, Arc::from(name));
         if empty {
-            self.errors.push(GraphError::EmptyResource { resource: name.clone(), rust: rust_place(Some(location)) });
+            self.errors.push(GraphError::EmptyResource { resource: name.to_string(), rust: rust_place(Some(location)) });
         }
-        let handle = Handle { index: self.declaration.resources.len(), graph: self.id, name: Arc::from(name.as_str()), desc };
-        self.declaration.resources.push(ResourceDecl { name, kind, origin, bytes, keep: false, location: Some(location) });
+        let handle = Handle { index: self.declaration.resources.len(), graph: self.id, name: Arc::clone(&name), desc };
+        let place = Place(Some(location));
+        self.declaration.resources.push(ResourceDecl { name, kind, origin, bytes, keep: false, place });
         self.objects.push(object);
         handle
     }
@@ -297,9 +303,9 @@ impl<'f> Graph<'f> {
     pub fn clear_texture_at(&mut self, texture: &mut Handle<Texture>, part: Subresources, load: Load) {
         let name = format!("clear {}", texture.name);
         let location = Location::caller();
-        let at = Self::place(&name, location);
+        let at = PassRef::new(&name, location);
         if texture.graph == self.id {
-            match crate::raster::clear(&self.declaration, texture, part, load, &at) {
+            match crate::raster::clear(&self.declaration, texture, part, load, at) {
                 Ok(target) => {
                     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT.bits();
                     let access = Access {
@@ -308,20 +314,20 @@ impl<'f> Graph<'f> {
                         ..Access::new(texture.index, "clear", false, Write::Overwrite, usage)
                     };
                     let decl = PassDecl {
-                        name,
+                        name: Arc::from(name),
                         kind: PassKind::Raster,
                         heavy: false,
                         side_effect: false,
                         pinned: false,
                         accesses: vec![access],
-                        location: Some(location),
+                        place: Place(Some(location)),
                     };
                     self.record(Recorded { decl, work: Work::ClearTexture { target } });
                 }
                 Err(error) => self.errors.push(error),
             }
         } else {
-            self.errors.push(GraphError::ForeignHandle { at, resource: texture.name.to_string() });
+            self.errors.push(GraphError::ForeignHandle { at: at.place(), resource: texture.name.to_string() });
         }
     }
 
@@ -380,7 +386,7 @@ impl<'f> Graph<'f> {
             None
         };
         if let Some(message) = refusal {
-            let at = Self::place(&format!("readback {}", texture.name), Location::caller());
+            let at = PassRef::new(&format!("readback {}", texture.name), Location::caller()).place();
             let (resource, desc) = (texture.name.to_string(), desc.to_string());
             self.errors.push(GraphError::Readback { at, resource, desc, message: message.to_owned() });
         }
@@ -403,7 +409,7 @@ impl<'f> Graph<'f> {
         if handle.graph == self.id {
             self.declaration.resources[handle.index].keep = true;
         } else {
-            let at = Self::place("keep", Location::caller());
+            let at = PassRef::new("keep", Location::caller()).place();
             self.errors.push(GraphError::ForeignHandle { at, resource: handle.name.to_string() });
         }
     }
@@ -432,7 +438,7 @@ impl<'f> Graph<'f> {
 
     #[track_caller]
     fn mismatch(&mut self, name: &str, from: (&str, String), to: (&str, String)) {
-        let at = Self::place(name, Location::caller());
+        let at = PassRef::new(name, Location::caller()).place();
         let (from_desc, to_desc) = (from.1, to.1);
         self.errors.push(GraphError::CopyMismatch { at, from: from.0.to_owned(), from_desc, to: to.0.to_owned(), to_desc });
     }
@@ -440,33 +446,37 @@ impl<'f> Graph<'f> {
     #[track_caller]
     fn copy_pass(&mut self, name: &str, accesses: Vec<Access>, side_effect: bool, handles: &[(u64, &str)], work: Work<'f>) {
         let location = Location::caller();
-        let at = Self::place(name, location);
+        let at = PassRef::new(name, location);
         let mut errors: Vec<GraphError> = handles
             .iter()
             .filter(|(graph, _)| *graph != self.id)
-            .map(|(_, resource)| GraphError::ForeignHandle { at: at.clone(), resource: (*resource).to_owned() })
+            .map(|(_, resource)| GraphError::ForeignHandle { at: at.place(), resource: (*resource).to_owned() })
             .collect();
         if errors.is_empty() {
-            crate::verify::conflicts(self, &accesses, &at, &mut errors);
+            crate::verify::conflicts(self, &accesses, at, &mut errors);
         }
         if !errors.is_empty() {
             self.refuse(errors);
             return;
         }
         let decl = PassDecl {
-            name: name.to_owned(),
+            name: Arc::from(name),
             kind: PassKind::Copy,
             heavy: false,
             side_effect,
             pinned: false,
             accesses,
-            location: Some(location),
+            place: Place(Some(location)),
         };
         self.record(Recorded { decl, work });
     }
 
-    pub(crate) fn place(name: &str, location: &'static Location<'static>) -> PassPlace {
-        PassPlace::new(name, rust_place(Some(location)))
+    /// Keeps the bytes of a pass's params until the frame runs; returns where they lie.
+    pub(crate) fn add_params(&mut self, bytes: &[u8]) -> ParamsRange {
+        let start = self.params.len();
+        self.params.extend_from_slice(bytes);
+        self.params.resize(self.params.len().next_multiple_of(UNIFORM_ALIGN), 0);
+        start as u64..(start + bytes.len()) as u64
     }
 
     pub(crate) fn refuse(&mut self, errors: Vec<GraphError>) {
@@ -474,7 +484,7 @@ impl<'f> Graph<'f> {
     }
 
     pub(crate) fn record(&mut self, mut recorded: Recorded<'f>) {
-        recorded.decl.name = unique(&mut self.pass_names, &recorded.decl.name);
+        recorded.decl.name = unique(&mut self.pass_names, recorded.decl.name);
         self.declaration.passes.push(recorded.decl);
         self.work.push(recorded.work);
     }
@@ -496,19 +506,30 @@ fn copy_accesses(from: usize, to: usize, usages: (u32, u32)) -> Vec<Access> {
     ]
 }
 
+/// Names that are taken, with the number that was given out last.
+type Names = FoldedMap<Arc<str>, u32>;
+
 /// `name`, or `name#2`, `name#3`… where it is taken.
-fn unique(taken: &mut HashMap<String, u32>, name: &str) -> String {
-    let mut candidate = name.to_owned();
-    loop {
+fn unique(taken: &mut Names, name: Arc<str>) -> Arc<str> {
+    let Some(&last) = taken.get(&name) else {
+        taken.insert(Arc::clone(&name), 1);
+        return name;
+    };
+    let mut number = last + 1;
+    let candidate = loop {
+        let candidate: Arc<str> = format!("{name}#{number}").into();
         if !taken.contains_key(&candidate) {
-            taken.insert(candidate.clone(), 1);
-            return candidate;
+            break candidate;
         }
-        let count = taken.entry(name.to_owned()).or_insert(1);
-        *count += 1;
-        candidate = format!("{name}#{count}");
-    }
+        number += 1;
+    };
+    taken.insert(name, number);
+    taken.insert(Arc::clone(&candidate), 1);
+    candidate
 }
+
+/// Uniform offsets are multiples of this (bytes), the largest any device asks for.
+const UNIFORM_ALIGN: usize = 256;
 
 #[cfg(test)]
 mod tests {

@@ -46,6 +46,7 @@ mod frame;
 mod gpu;
 mod graph;
 mod handle;
+mod hash;
 mod layout;
 mod pass;
 mod plan;

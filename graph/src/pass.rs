@@ -3,14 +3,14 @@
 use crate::{
     Buffer, ComputeShader, Graph, Handle, RasterShader, Resource, ShaderStruct, Subresources, Texture,
     closure::{ClosureContext, Record},
-    declaration::{Access, PassDecl, PassKind, Write},
-    error::{GraphError, PassPlace},
+    declaration::{Access, PassDecl, PassKind, Place, Write},
+    error::{GraphError, PassRef},
     graph::{Recorded, Work},
     layout::StructLayout,
     raster,
     verify::{self, Call, Params, View},
 };
-use std::panic::Location;
+use std::{panic::Location, sync::Arc};
 
 /// How a sampler filters and wraps; bound to a WGSL `sampler`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,7 +46,7 @@ pub enum Load {
 /// What compute and raster passes collect.
 #[derive(Debug)]
 pub(crate) struct Calls {
-    pub(crate) name: Option<String>,
+    pub(crate) name: Option<Arc<str>>,
     pub(crate) params: Option<Params>,
     pub(crate) bound: Vec<Call>,
     pub(crate) heavy: bool,
@@ -58,37 +58,34 @@ impl Calls {
     pub(crate) fn new(location: &'static Location<'static>) -> Self {
         Self { name: None, params: None, bound: Vec::new(), heavy: false, pinned: false, location }
     }
-
-    fn params<T: ShaderStruct>(&mut self, params: &T) {
-        self.params = Some(Params { layout: StructLayout::of::<T>(), bytes: bytemuck::bytes_of(params).to_vec() });
-    }
 }
 
 macro_rules! shared_calls {
     () => {
         /// Another name than the shader's label, for times, errors and debuggers.
         pub fn name(mut self, name: &str) -> Self {
-            self.calls.name = Some(name.to_owned());
+            self.calls.name = Some(Arc::from(name));
             self
         }
 
         /// The contents of the WGSL's `var<uniform> params`.
-        pub fn params(mut self, params: &impl ShaderStruct) -> Self {
-            self.calls.params(params);
+        pub fn params<T: ShaderStruct>(mut self, params: &T) -> Self {
+            let range = self.graph.add_params(bytemuck::bytes_of(params));
+            self.calls.params = Some(Params { layout: StructLayout::of::<T>(), range });
             self
         }
 
         /// Binds `handle` to the WGSL variable `binding`, to be read.
         #[track_caller]
         pub fn read<T: Resource>(mut self, binding: &str, handle: &Handle<T>) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, false, View::default()));
+            self.calls.bound.push(Call::new(&self.shader.core, binding, handle, false, View::default()));
             self
         }
 
         /// Binds a view of the texture in another of its formats, to be read.
         #[track_caller]
         pub fn read_as(mut self, binding: &str, handle: &Handle<Texture>, format: wgpu::TextureFormat) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, false, format.into()));
+            self.calls.bound.push(Call::new(&self.shader.core, binding, handle, false, format.into()));
             self
         }
 
@@ -108,14 +105,14 @@ macro_rules! shared_calls {
         /// Binds `handle` to the WGSL variable `binding`, to be written. Whether the shader also reads it, naga says.
         #[track_caller]
         pub fn write<T: Resource>(mut self, binding: &str, handle: &mut Handle<T>) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, true, View::default()));
+            self.calls.bound.push(Call::new(&self.shader.core, binding, handle, true, View::default()));
             self
         }
 
         /// Binds some mips and layers of the texture to the WGSL variable `binding`, to be read.
         #[track_caller]
         pub fn read_at(mut self, binding: &str, handle: &Handle<Texture>, part: Subresources) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, false, part.into()));
+            self.calls.bound.push(Call::new(&self.shader.core, binding, handle, false, part.into()));
             self
         }
 
@@ -123,7 +120,7 @@ macro_rules! shared_calls {
         /// by the same pass.
         #[track_caller]
         pub fn write_at(mut self, binding: &str, handle: &mut Handle<Texture>, part: Subresources) -> Self {
-            self.calls.bound.push(Call::new(binding, handle, true, part.into()));
+            self.calls.bound.push(Call::new(&self.shader.core, binding, handle, true, part.into()));
             self
         }
 
@@ -132,8 +129,8 @@ macro_rules! shared_calls {
         #[track_caller]
         pub fn read_optional<T: Resource>(mut self, binding: &str, handle: Option<&Handle<T>>) -> Self {
             self.calls.bound.push(match handle {
-                Some(handle) => Call::new(binding, handle, false, View::default()),
-                None => Call::nothing(binding),
+                Some(handle) => Call::new(&self.shader.core, binding, handle, false, View::default()),
+                None => Call::nothing(&self.shader.core, binding),
             });
             self
         }
@@ -141,7 +138,7 @@ macro_rules! shared_calls {
         /// Binds a sampler to the WGSL variable `binding`.
         #[track_caller]
         pub fn sampler(mut self, binding: &str, sampler: Sampler) -> Self {
-            self.calls.bound.push(Call::sampler(binding, sampler));
+            self.calls.bound.push(Call::sampler(&self.shader.core, binding, sampler));
             self
         }
 
@@ -186,14 +183,15 @@ impl ComputePass<'_, '_> {
 
     fn finish(self, groups: Groups, indirect: Option<Indirect>) {
         let Self { graph, shader, calls } = self;
-        let at = Graph::place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
+        let name = calls.name.clone().unwrap_or_else(|| Arc::clone(&shader.core.label));
+        let at = PassRef::new(&name, calls.location);
         let mut errors = Vec::new();
-        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, &at).unwrap_or_else(|found| {
+        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, at).unwrap_or_else(|found| {
             errors.extend(found);
             (Vec::new(), Vec::new())
         });
         if let Some(indirect) = indirect {
-            indirect.check(graph, &at, &mut accesses, &mut errors);
+            indirect.check(graph, at, &mut accesses, &mut errors);
         }
         if !errors.is_empty() {
             graph.refuse(errors);
@@ -201,15 +199,15 @@ impl ComputePass<'_, '_> {
         }
         graph.record(Recorded {
             decl: PassDecl {
-                name: at.pass().to_owned(),
+                name,
                 kind: PassKind::Compute,
                 heavy: calls.heavy,
                 side_effect: false,
                 pinned: calls.pinned,
                 accesses,
-                location: Some(calls.location),
+                place: Place(Some(calls.location)),
             },
-            work: Work::Compute { shader, bound, params: calls.params.map(|params| params.bytes), groups },
+            work: Work::Compute { shader, bound, params: calls.params.map(|params| params.range), groups },
         });
     }
 
@@ -254,7 +252,7 @@ pub(crate) struct IndirectSource {
 struct Indirect {
     source: IndirectSource,
     graph: u64,
-    name: std::sync::Arc<str>,
+    name: Arc<str>,
     /// Bytes of the arguments, and of the buffer.
     needed: u64,
     given: u64,
@@ -263,18 +261,18 @@ struct Indirect {
 impl Indirect {
     fn new(buffer: &Handle<Buffer>, offset: u64, needed: u64) -> Self {
         let source = IndirectSource { resource: buffer.index, offset };
-        Self { source, graph: buffer.graph, name: std::sync::Arc::clone(&buffer.name), needed, given: buffer.desc.padded() }
+        Self { source, graph: buffer.graph, name: Arc::clone(&buffer.name), needed, given: buffer.desc.padded() }
     }
 
-    fn check(self, graph: &Graph<'_>, at: &PassPlace, accesses: &mut Vec<Access>, errors: &mut Vec<GraphError>) {
+    fn check(self, graph: &Graph<'_>, at: PassRef<'_>, accesses: &mut Vec<Access>, errors: &mut Vec<GraphError>) {
         if self.graph != graph.id {
-            errors.push(GraphError::ForeignHandle { at: at.clone(), resource: self.name.to_string() });
+            errors.push(GraphError::ForeignHandle { at: at.place(), resource: self.name.to_string() });
             return;
         }
         let offset = self.source.offset;
         if !offset.is_multiple_of(4) || offset.saturating_add(self.needed) > self.given {
             let (resource, needed, given) = (self.name.to_string(), self.needed, self.given);
-            errors.push(GraphError::Indirect { at: at.clone(), resource, offset, needed, given });
+            errors.push(GraphError::Indirect { at: at.place(), resource, offset, needed, given });
             return;
         }
         let usage = wgpu::BufferUsages::INDIRECT.bits();
@@ -350,18 +348,19 @@ impl RasterPass<'_, '_> {
 
     fn finish(self, draw: Draw, indirect: Option<Indirect>) {
         let Self { graph, shader, calls, colors, depth } = self;
-        let at = Graph::place(calls.name.as_deref().unwrap_or(shader.label()), calls.location);
+        let name = calls.name.clone().unwrap_or_else(|| Arc::clone(&shader.core.label));
+        let at = PassRef::new(&name, calls.location);
         let mut errors = Vec::new();
-        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, &at).unwrap_or_else(|found| {
+        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, at).unwrap_or_else(|found| {
             errors.extend(found);
             (Vec::new(), Vec::new())
         });
         if let Some(indirect) = indirect {
-            indirect.check(graph, &at, &mut accesses, &mut errors);
+            indirect.check(graph, at, &mut accesses, &mut errors);
         }
-        let targets = raster::targets(graph, &shader, &colors, depth.as_ref(), &at, &mut accesses, &mut errors);
+        let targets = raster::targets(graph, &shader, &colors, depth.as_ref(), at, &mut accesses, &mut errors);
         if errors.is_empty() {
-            verify::conflicts(graph, &accesses, &at, &mut errors);
+            verify::conflicts(graph, &accesses, at, &mut errors);
         }
         if !errors.is_empty() {
             graph.refuse(errors);
@@ -369,15 +368,15 @@ impl RasterPass<'_, '_> {
         }
         graph.record(Recorded {
             decl: PassDecl {
-                name: at.pass().to_owned(),
+                name,
                 kind: PassKind::Raster,
                 heavy: calls.heavy,
                 side_effect: false,
                 pinned: calls.pinned,
                 accesses,
-                location: Some(calls.location),
+                place: Place(Some(calls.location)),
             },
-            work: Work::Raster { shader, bound, params: calls.params.map(|params| params.bytes), targets, draw },
+            work: Work::Raster { shader, bound, params: calls.params.map(|params| params.range), targets, draw },
         });
     }
 }
@@ -451,23 +450,23 @@ impl<'f> ClosurePass<'_, 'f> {
     /// Records the pass by `record`, called once when the frame executes, unless the pass was culled.
     pub fn record(self, record: impl FnOnce(&mut ClosureContext<'_>) -> Result<(), String> + 'f) {
         let Self { graph, name, accesses, foreign, side_effect, heavy, pinned, location } = self;
-        let at: PassPlace = Graph::place(&name, location);
+        let at = PassRef::new(&name, location);
         let mut errors: Vec<GraphError> =
-            foreign.into_iter().map(|resource| GraphError::ForeignHandle { at: at.clone(), resource }).collect();
-        verify::conflicts(graph, &accesses, &at, &mut errors);
+            foreign.into_iter().map(|resource| GraphError::ForeignHandle { at: at.place(), resource }).collect();
+        verify::conflicts(graph, &accesses, at, &mut errors);
         if !errors.is_empty() {
             graph.refuse(errors);
             return;
         }
         graph.record(Recorded {
             decl: PassDecl {
-                name: at.pass().to_owned(),
+                name: Arc::from(name),
                 kind: PassKind::Closure,
                 heavy,
                 side_effect,
                 pinned: pinned || side_effect,
                 accesses,
-                location: Some(location),
+                place: Place(Some(location)),
             },
             work: Work::Closure(Record(Box::new(record))),
         });

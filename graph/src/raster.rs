@@ -3,7 +3,7 @@
 use crate::{
     Graph, Handle, Load, RasterShader, Subresources, TextureDesc,
     declaration::{Access, Attachment, Declaration, ResourceKind, Write},
-    error::{GraphError, PassPlace, names},
+    error::{GraphError, PassRef, names},
     graph::Cleared,
     handle::Texture,
     plan::validate,
@@ -52,7 +52,7 @@ pub(crate) fn targets(
     shader: &RasterShader,
     colors: &[Attach],
     depth: Option<&Attach>,
-    at: &PassPlace,
+    at: PassRef<'_>,
     accesses: &mut Vec<Access>,
     errors: &mut Vec<GraphError>,
 ) -> Targets {
@@ -61,21 +61,19 @@ pub(crate) fn targets(
     let mut sized: Option<(&str, &TextureDesc, [u32; 2])> = None;
     for attach in colors.iter().chain(depth) {
         if attach.graph != graph.id {
-            errors.push(GraphError::ForeignHandle { at: at.clone(), resource: attach.texture.clone() });
+            errors.push(GraphError::ForeignHandle { at: at.place(), resource: attach.texture.clone() });
             continue;
         }
         let ResourceKind::Texture(desc) = &graph.declaration.resources[attach.resource].kind else { continue };
         let is_depth = depth.is_some_and(|depth| std::ptr::eq(depth, attach));
         let refuse = |message: String| GraphError::Attachment {
-            at: at.clone(),
+            at: at.place(),
             attachment: attach.name.clone(),
             resource: attach.texture.clone(),
             format: crate::format::name(desc.format),
             message,
         };
-        if let Some(error) = validate::part_error(&graph.declaration, attach.resource, attach.part, at)
-            && !attach.part.is_all()
-        {
+        if let Some(error) = validate::part_error(&graph.declaration, attach.resource, attach.part, at) {
             errors.push(error);
             continue;
         }
@@ -92,7 +90,7 @@ pub(crate) fn targets(
                     _ => format!("{desc}: {w}×{h} at this mip"),
                 };
                 errors.push(GraphError::AttachmentSize {
-                    at: at.clone(),
+                    at: at.place(),
                     first,
                     first_size: describe(other, other_size),
                     second,
@@ -115,7 +113,7 @@ pub(crate) fn targets(
         } else {
             let Some(output) = shader.outputs.iter().find(|output| output.name == attach.name) else {
                 errors.push(GraphError::UnknownAttachment {
-                    at: at.clone(),
+                    at: at.place(),
                     attachment: attach.name.clone(),
                     shader: shader.core.source.flat.root(),
                     known: names(shader.outputs.iter().map(|output| output.name.as_str())),
@@ -136,7 +134,7 @@ pub(crate) fn targets(
             attachment: Some(if is_depth { Attachment::Depth } else { Attachment::Color(location()) }),
             ..Access::new(
                 attach.resource,
-                &attach.name,
+                attach.name.as_str(),
                 keeps,
                 if keeps { Write::Keep } else { Write::Overwrite },
                 wgpu::TextureUsages::RENDER_ATTACHMENT.bits(),
@@ -146,18 +144,18 @@ pub(crate) fn targets(
     for output in shader.outputs.iter() {
         if !colors.iter().any(|attach| attach.name == output.name) {
             errors.push(GraphError::MissingAttachment {
-                at: at.clone(),
+                at: at.place(),
                 attachment: output.name.clone(),
                 shader: shader.core.source.flat.root(),
             });
         }
     }
     if colors.is_empty() && depth.is_none() && shader.outputs.is_empty() {
-        errors.push(GraphError::NoAttachment { at: at.clone() });
+        errors.push(GraphError::NoAttachment { at: at.place() });
     }
     if shader.writes_depth && depth.is_none() {
         errors.push(GraphError::MissingAttachment {
-            at: at.clone(),
+            at: at.place(),
             attachment: "depth".to_owned(),
             shader: shader.core.source.flat.root(),
         });
@@ -171,16 +169,14 @@ pub(crate) fn clear(
     texture: &Handle<Texture>,
     part: Subresources,
     load: Load,
-    at: &PassPlace,
+    at: PassRef<'_>,
 ) -> Result<Cleared, GraphError> {
-    if let Some(error) = validate::part_error(declaration, texture.index, part, at)
-        && !part.is_all()
-    {
+    if let Some(error) = validate::part_error(declaration, texture.index, part, at) {
         return Err(error);
     }
     let desc = &texture.desc;
     let refuse = |message: &str| GraphError::Attachment {
-        at: at.clone(),
+        at: at.place(),
         attachment: "clear".to_owned(),
         resource: texture.name.to_string(),
         format: crate::format::name(desc.format),

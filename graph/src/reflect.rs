@@ -9,7 +9,7 @@ use naga::{
     proc::Layouter,
     valid::{GlobalUse, ModuleInfo},
 };
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 use wgpu::TextureViewDimension as View;
 
 /// A field of a WGSL struct (bytes).
@@ -51,7 +51,7 @@ pub(crate) enum BindingKind {
 /// One global variable as an entry point uses it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Binding {
-    pub(crate) name: String,
+    pub(crate) name: Arc<str>,
     pub(crate) group: u32,
     pub(crate) number: u32,
     pub(crate) kind: BindingKind,
@@ -221,7 +221,7 @@ pub(crate) fn entry(reflected: &Reflected, flat: &FlatWgsl, stage: ShaderStage, 
             what,
         })?;
         bindings.push(Binding {
-            name,
+            name: name.into(),
             group: slot.group,
             number: slot.binding,
             kind,

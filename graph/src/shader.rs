@@ -38,7 +38,7 @@ impl Source {
 pub(crate) struct ShaderCore {
     pub(crate) label: Arc<str>,
     pub(crate) source: Arc<Source>,
-    pub(crate) constants: Vec<(String, f64)>,
+    pub(crate) constants: Arc<[(String, f64)]>,
     pub(crate) bindings: Arc<[Binding]>,
     pub(crate) unused: Arc<[String]>,
     hash: u64,
@@ -50,7 +50,7 @@ impl PartialEq for ShaderCore {
             && self.label == other.label
             && (Arc::ptr_eq(&self.source, &other.source) || self.source.flat.source() == other.source.flat.source())
             && self.constants.len() == other.constants.len()
-            && self.constants.iter().zip(&other.constants).all(|(a, b)| (&a.0, a.1.to_bits()) == (&b.0, b.1.to_bits()))
+            && self.constants.iter().zip(other.constants.iter()).all(|(a, b)| (&a.0, a.1.to_bits()) == (&b.0, b.1.to_bits()))
     }
 }
 
@@ -67,7 +67,7 @@ impl ShaderCore {
         let mut core = Self {
             label: Arc::from(label),
             source,
-            constants: Vec::new(),
+            constants: Arc::new([]),
             bindings: bindings.into(),
             unused: unused.into(),
             hash: 0,
@@ -80,7 +80,7 @@ impl ShaderCore {
         let mut hasher = DefaultHasher::new();
         self.label.hash(&mut hasher);
         self.source.hash.hash(&mut hasher);
-        for (name, value) in &self.constants {
+        for (name, value) in self.constants.iter() {
             (name, value.to_bits()).hash(&mut hasher);
         }
         self.hash = hasher.finish();
@@ -103,16 +103,18 @@ impl ShaderCore {
         }
         // wgpu keys an override with `@id` by that number.
         let key = found.id.map_or_else(|| name.to_owned(), |id| id.to_string());
-        self.constants.retain(|(other, _)| *other != key);
-        self.constants.push((key, value));
-        self.constants.sort_by(|a, b| a.0.cmp(&b.0));
+        let mut constants = self.constants.to_vec();
+        constants.retain(|(other, _)| *other != key);
+        constants.push((key, value));
+        constants.sort_by(|a, b| a.0.cmp(&b.0));
+        self.constants = constants.into();
         self.rehash();
         Ok(())
     }
 
     /// Whether the entry points use the variable `binding`.
     pub(crate) fn uses(&self, binding: &str) -> bool {
-        self.bindings.iter().any(|found| found.name == binding)
+        self.bindings.iter().any(|found| *found.name == *binding)
     }
 
     pub(crate) fn constants(&self) -> Vec<(&str, f64)> {
@@ -346,8 +348,8 @@ impl Shader for RasterShader {
                 Some(other) if other.name != binding.name => {
                     return Err(ShaderError::SameSlot {
                         place: binding.place,
-                        binding: binding.name,
-                        other: other.name.clone(),
+                        binding: binding.name.to_string(),
+                        other: other.name.to_string(),
                         group: binding.group,
                         number: binding.number,
                     });

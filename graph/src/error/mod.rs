@@ -4,6 +4,7 @@ mod place;
 mod shader;
 mod words;
 
+pub(crate) use place::PassRef;
 pub use place::{PassPlace, ShaderPlace};
 pub use shader::ShaderError;
 pub(crate) use words::{did_you_mean, names};

@@ -1,6 +1,6 @@
 //! Where in the code something is.
 
-use std::fmt;
+use std::{fmt, panic::Location};
 
 /// A line in a shader file, mapped back through `#import`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -45,6 +45,28 @@ impl PassPlace {
     /// `file:line` of the declaring call; empty when the frame came from a file.
     pub fn rust(&self) -> &str {
         &self.0.1
+    }
+}
+
+/// A pass on its way into a graph: a [`PassPlace`] that is put into words only when something is wrong.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PassRef<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) location: Option<&'static Location<'static>>,
+}
+
+impl<'a> PassRef<'a> {
+    pub(crate) fn new(name: &'a str, location: &'static Location<'static>) -> Self {
+        Self { name, location: Some(location) }
+    }
+
+    /// The same pass, at another of its lines.
+    pub(crate) fn at(self, location: &'static Location<'static>) -> Self {
+        Self { location: Some(location), ..self }
+    }
+
+    pub(crate) fn place(self) -> PassPlace {
+        PassPlace::new(self.name, crate::declaration::rust_place(self.location))
     }
 }
 

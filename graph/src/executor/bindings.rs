@@ -7,12 +7,9 @@ use crate::{
     reflect::{Binding, BindingKind},
     shader::ShaderCore,
     subresource::Subresources,
-    verify::Bound,
+    verify::{Bound, ParamsRange},
 };
 use std::ops::Range;
-
-/// Where a pass's params lie in the frame's uniform buffer (bytes).
-pub(super) type ParamsRange = Option<Range<u64>>;
 
 /// A bind group with its index.
 pub(super) type Groups = Vec<(u32, wgpu::BindGroup)>;
@@ -38,7 +35,7 @@ impl Source<'_> {
         core: &ShaderCore,
         layouts: &[Option<wgpu::BindGroupLayout>],
         bound: &[Bound],
-        params: &ParamsRange,
+        params: Option<&ParamsRange>,
         (pipelines, zeros): (&mut Pipelines, &mut Zeros),
     ) -> Groups {
         let owned: Vec<Option<Owned>> = core
@@ -78,11 +75,11 @@ impl Source<'_> {
         &self,
         binding: &Binding,
         bound: &Bound,
-        params: &ParamsRange,
+        params: Option<&ParamsRange>,
         (pipelines, zeros): (&mut Pipelines, &mut Zeros),
     ) -> Option<Owned> {
         match bound {
-            Bound::Params => Some(Owned::Buffer(self.params?.clone(), params.clone()?)),
+            Bound::Params => Some(Owned::Buffer(self.params?.clone(), params.cloned()?)),
             Bound::Sampler(sampler) => Some(Owned::Sampler(pipelines.sampler(self.device, *sampler))),
             Bound::Buffer { resource } => self.physical[*resource].range().map(|(buffer, range)| Owned::Buffer(buffer, range)),
             Bound::Texture { resource, format, part } => {

@@ -7,7 +7,6 @@
 
 use super::{
     Executor, Frame, Observer, Progress,
-    bindings::ParamsRange,
     cache::Cache,
     prepare::Preparation,
     readback::Staged,
@@ -25,9 +24,6 @@ pub(super) struct Run {
     pub(super) staged: Vec<Staged>,
 }
 
-/// Uniform offsets are multiples of this (bytes), the largest any device asks for.
-const UNIFORM_ALIGN: u64 = 256;
-
 impl Executor {
     /// Runs the frame's plan, up to its last submission.
     pub(super) fn encode(
@@ -39,14 +35,14 @@ impl Executor {
         observer: &mut Observer<'_>,
     ) -> Result<Run, GraphError> {
         let total = frame.plan.order.len();
-        let params = self.upload_params(frame, &work);
+        self.upload_params(frame.params);
         let mut queries =
             (source == TimingSource::Timestamps).then(|| Queries::new(self.device(), frame.plan.steps.len(), total));
         let mut times: Vec<Option<f64>> = vec![None; total];
         let mut staged: Vec<Staged> = Vec::new();
         let mut batch: Vec<Item<'_, '_>> = Vec::with_capacity(frame.plan.steps.len());
         cache.begin(total, self.frame);
-        let mut shared = Preparation { params: &params, queries: queries.as_mut(), cache };
+        let mut shared = Preparation { queries: queries.as_mut(), cache };
         for (number, step) in frame.plan.steps.iter().enumerate() {
             let decl = &frame.declaration.passes[frame.plan.order[step.start]];
             let own = source == TimingSource::CpuPerPass || decl.heavy;
@@ -101,42 +97,24 @@ impl Executor {
         self.gate.wait(None)
     }
 
-    /// Puts the params of all passes into one uniform buffer; returns each pass's range, by position.
-    fn upload_params(&mut self, frame: &Frame<'_>, work: &[Option<Work<'_>>]) -> Vec<ParamsRange> {
-        let mut bytes = std::mem::take(&mut self.params_bytes);
-        bytes.clear();
-        let ranges: Vec<ParamsRange> = frame
-            .plan
-            .order
-            .iter()
-            .map(|&pass| {
-                let Some(Work::Compute { params: Some(params), .. } | Work::Raster { params: Some(params), .. }) = &work[pass]
-                else {
-                    return None;
-                };
-                let start = bytes.len() as u64;
-                bytes.extend(params);
-                bytes.resize(bytes.len().next_multiple_of(UNIFORM_ALIGN as usize), 0);
-                Some(start..start + params.len() as u64)
-            })
-            .collect();
-        if !bytes.is_empty() {
-            let needed = bytes.len() as u64;
-            let device = &self.gate.device;
-            let buffer = match self.params.take() {
-                Some(buffer) if buffer.size() >= needed => buffer,
-                _ => device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("params"),
-                    size: needed.next_power_of_two(),
-                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                }),
-            };
-            self.gate.queue.write_buffer(&buffer, 0, &bytes);
-            self.params = Some(buffer);
+    /// Puts the params of all passes into one uniform buffer.
+    fn upload_params(&mut self, bytes: &[u8]) {
+        if bytes.is_empty() {
+            return;
         }
-        self.params_bytes = bytes;
-        ranges
+        let needed = bytes.len() as u64;
+        let device = &self.gate.device;
+        let buffer = match self.params.take() {
+            Some(buffer) if buffer.size() >= needed => buffer,
+            _ => device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("params"),
+                size: needed.next_power_of_two(),
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+        };
+        self.gate.queue.write_buffer(&buffer, 0, bytes);
+        self.params = Some(buffer);
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::{Frame, Physical, create, readback::Rows};
 use crate::declaration::{Origin, ResourceKind};
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 /// Kept objects by graph name and resource name.
 #[derive(Debug, Default)]
 pub(super) struct Histories {
-    kept: HashMap<String, HashMap<String, Kept>>,
+    kept: HashMap<String, HashMap<Arc<str>, Kept>>,
 }
 
 /// A pair whose halves change roles, or a single object.
@@ -91,7 +91,7 @@ impl Histories {
         let Some(of_graph) = self.kept.get_mut(&frame.declaration.name) else { return };
         let mut declared = Vec::new();
         for (first, second) in kept(frame) {
-            let name = frame.declaration.resources[first].name.as_str();
+            let name = &*frame.declaration.resources[first].name;
             declared.push(name);
             let writes = |pass: &usize| {
                 let accesses = &frame.declaration.passes[*pass].accesses;
@@ -106,7 +106,7 @@ impl Histories {
             }
         }
         if of_graph.len() != declared.len() || declared.iter().any(|name| !of_graph.contains_key(*name)) {
-            of_graph.retain(|name, _| declared.contains(&name.as_str()));
+            of_graph.retain(|name, _| declared.contains(&&**name));
         }
     }
 }

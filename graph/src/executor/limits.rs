@@ -1,7 +1,8 @@
 //! Compares a frame with the device, before anything is created.
 
-use super::{Frame, readback::Rows};
+use super::{Frame, pipelines::Pipelines, readback::Rows};
 use crate::{
+    ComputeShader,
     declaration::{ResourceDecl, ResourceKind},
     error::{GraphError, PassPlace},
     format,
@@ -25,8 +26,14 @@ pub(super) fn resources(limits: &wgpu::Limits, features: wgpu::Features, frame: 
     Ok(())
 }
 
-/// What may differ in every frame of one plan: imported objects, sizes of dispatches, shaders.
-pub(super) fn work(limits: &wgpu::Limits, frame: &Frame<'_>, work: &[Option<Work<'_>>]) -> Result<(), GraphError> {
+/// What may differ in every frame of one plan: imported objects, sizes of dispatches, shaders. What shaders that have a
+/// pipeline need is known to be there.
+pub(super) fn work(
+    limits: &wgpu::Limits,
+    pipelines: &Pipelines,
+    frame: &Frame<'_>,
+    work: &[Option<Work<'_>>],
+) -> Result<(), GraphError> {
     for (index, resource) in frame.declaration.resources.iter().enumerate() {
         if resource.origin == crate::Origin::Imported && frame.plan.lifetimes[index].is_some() {
             import(frame, index, frame.plan.usages[index])?;
@@ -34,7 +41,7 @@ pub(super) fn work(limits: &wgpu::Limits, frame: &Frame<'_>, work: &[Option<Work
     }
     for &pass in &frame.plan.order {
         let Some(work) = &work[pass] else { continue };
-        work_limits(work, &frame.declaration.passes[pass].name, limits)?;
+        work_limits(work, &frame.declaration.passes[pass].name, limits, pipelines)?;
         if let Work::Readback { resource, .. } = work
             && let ResourceKind::Texture(desc) = &frame.declaration.resources[*resource].kind
         {
@@ -80,7 +87,7 @@ fn texture(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits, features:
         limit(what, depth, "max_texture_array_layers", limits.max_texture_array_layers.into(), "use fewer layers")?;
     }
     let refuse =
-        |usage: String| GraphError::FormatUsage { resource: resource.name.clone(), format: format::name(desc.format), usage };
+        |usage: String| GraphError::FormatUsage { resource: resource.name.to_string(), format: format::name(desc.format), usage };
     if !features.contains(desc.format.required_features()) {
         return Err(refuse(format!("a texture without {:?}", desc.format.required_features())));
     }
@@ -101,14 +108,12 @@ fn texture(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits, features:
 /// The caller's object against its description.
 fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError> {
     let resource = &frame.declaration.resources[index];
-    let user = frame
-        .plan
-        .order
-        .iter()
-        .map(|&pass| &frame.declaration.passes[pass])
-        .find(|pass| pass.accesses.iter().any(|access| access.resource == index));
-    let at = user.map_or_else(PassPlace::default, crate::declaration::PassDecl::place);
-    let mismatch = |message: String| Err(GraphError::ImportMismatch { at: at.clone(), resource: resource.name.clone(), message });
+    let at = || {
+        let mut passes = frame.plan.order.iter().map(|&pass| &frame.declaration.passes[pass]);
+        let user = passes.find(|pass| pass.accesses.iter().any(|access| access.resource == index));
+        user.map_or_else(PassPlace::default, crate::declaration::PassDecl::place)
+    };
+    let mismatch = |message: String| Err(GraphError::ImportMismatch { at: at(), resource: resource.name.to_string(), message });
     match (&resource.kind, &frame.objects[index]) {
         (ResourceKind::Texture(desc), Object::Texture(texture)) => {
             let lacking = wgpu::TextureUsages::from_bits_truncate(usage) - texture.usage();
@@ -150,43 +155,24 @@ fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError>
                 mismatch(format!("the wgpu buffer lacks usage {lacking:?}; create it with that"))
             }
         }
-        _ => Err(GraphError::ImportMissing { at, resource: resource.name.clone() }),
+        _ => Err(GraphError::ImportMissing { at: at(), resource: resource.name.to_string() }),
     }
 }
 
-fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits) -> Result<(), GraphError> {
+fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits, pipelines: &Pipelines) -> Result<(), GraphError> {
     let what = || format!("pass `{pass}`");
     match work {
         Work::Compute { shader, groups, .. } => {
-            bindings(what, &shader.core.bindings, limits)?;
+            if !pipelines.has_compute(shader) {
+                compute_limits(shader, what, limits)?;
+            }
             let most = limits.max_compute_workgroups_per_dimension;
             let asked = match groups {
                 Groups::Given(groups) => groups.iter().copied().max().unwrap_or(0),
                 Groups::Indirect(_) => 0,
             };
             let mend = "fold the dispatch into more dimensions (`dispatch_1d`), or split it";
-            limit(what, asked.into(), "max_compute_workgroups_per_dimension", most.into(), mend)?;
-            let size = shader.workgroup_size();
-            let mend = "use a smaller @workgroup_size";
-            limit(what, size[0].into(), "max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x.into(), mend)?;
-            limit(what, size[1].into(), "max_compute_workgroup_size_y", limits.max_compute_workgroup_size_y.into(), mend)?;
-            limit(what, size[2].into(), "max_compute_workgroup_size_z", limits.max_compute_workgroup_size_z.into(), mend)?;
-            let invocations = size.iter().fold(1_u64, |total, n| total.saturating_mul(u64::from(*n)));
-            limit(
-                what,
-                invocations,
-                "max_compute_invocations_per_workgroup",
-                limits.max_compute_invocations_per_workgroup.into(),
-                mend,
-            )?;
-            let mend = "use less var<workgroup>";
-            limit(
-                what,
-                shader.workgroup_bytes,
-                "max_compute_workgroup_storage_size",
-                limits.max_compute_workgroup_storage_size.into(),
-                mend,
-            )
+            limit(what, asked.into(), "max_compute_workgroups_per_dimension", most.into(), mend)
         }
         Work::Raster { shader, targets, .. } => {
             bindings(what, &shader.core.bindings, limits)?;
@@ -195,6 +181,20 @@ fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits) -> Result<(),
         }
         _ => Ok(()),
     }
+}
+
+fn compute_limits(shader: &ComputeShader, what: impl Fn() -> String + Copy, limits: &wgpu::Limits) -> Result<(), GraphError> {
+    bindings(what, &shader.core.bindings, limits)?;
+    let size = shader.workgroup_size();
+    let mend = "use a smaller @workgroup_size";
+    limit(what, size[0].into(), "max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x.into(), mend)?;
+    limit(what, size[1].into(), "max_compute_workgroup_size_y", limits.max_compute_workgroup_size_y.into(), mend)?;
+    limit(what, size[2].into(), "max_compute_workgroup_size_z", limits.max_compute_workgroup_size_z.into(), mend)?;
+    let invocations = size.iter().fold(1_u64, |total, n| total.saturating_mul(u64::from(*n)));
+    let most = limits.max_compute_invocations_per_workgroup.into();
+    limit(what, invocations, "max_compute_invocations_per_workgroup", most, mend)?;
+    let most = limits.max_compute_workgroup_storage_size.into();
+    limit(what, shader.workgroup_bytes, "max_compute_workgroup_storage_size", most, "use less var<workgroup>")
 }
 
 fn bindings(what: impl Fn() -> String + Copy, bindings: &[Binding], limits: &wgpu::Limits) -> Result<(), GraphError> {

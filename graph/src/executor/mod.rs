@@ -55,7 +55,6 @@ pub struct Executor {
     pipelines: pipelines::Pipelines,
     zeros: zeros::Zeros,
     params: Option<wgpu::Buffer>,
-    params_bytes: Vec<u8>,
     frame: u64,
     last_submission: Option<wgpu::SubmissionIndex>,
 }
@@ -77,7 +76,7 @@ pub struct Progress<'a> {
 #[non_exhaustive]
 pub struct PassTime {
     /// Name of the pass.
-    pub name: String,
+    pub name: Arc<str>,
     /// Time (ms); `None` if this pass could not be timed, or timing is off.
     pub gpu_ms: Option<f64>,
 }
@@ -137,6 +136,7 @@ struct Frame<'f> {
     plan: Arc<Plan>,
     objects: &'f [crate::graph::Object],
     initials: &'f [(usize, Arc<[u8]>)],
+    params: &'f [u8],
     /// Per resource: the wgpu object, if a pass that runs uses it.
     physical: Vec<Physical>,
 }
@@ -193,7 +193,6 @@ impl Executor {
             pipelines: pipelines::Pipelines::default(),
             zeros: zeros::Zeros::default(),
             params: None,
-            params_bytes: Vec::new(),
             frame: 0,
             last_submission: None,
         }
@@ -303,7 +302,14 @@ impl Executor {
         let work: Vec<_> = std::mem::take(&mut graph.work).into_iter().map(Some).collect();
         let declaration = std::mem::take(&mut graph.declaration);
         let physical = vec![Physical::None; declaration.resources.len()];
-        let mut frame = Frame { declaration, plan: planned.plan, objects: &graph.objects, initials: &graph.initials, physical };
+        let mut frame = Frame {
+            declaration,
+            plan: planned.plan,
+            objects: &graph.objects,
+            initials: &graph.initials,
+            params: &graph.params,
+            physical,
+        };
         let ran = self.start(&mut frame, work, &mut state, &mut observer);
         self.plans.put_state(state);
         let (run, source) = ran?;
@@ -355,7 +361,7 @@ impl Executor {
             limits::resources(&self.limits, self.gate.device.features(), frame)?;
             state.checked = true;
         }
-        limits::work(&self.limits, frame, &work)?;
+        limits::work(&self.limits, &self.pipelines, frame, &work)?;
         self.frame += 1;
         let held = self.held_bytes();
         let gate = self.gate.clone();

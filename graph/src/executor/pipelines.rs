@@ -4,6 +4,7 @@ use super::gate::Gate;
 use crate::{
     ComputeShader, RasterShader, Sampler,
     error::GraphError,
+    hash::FoldedMap,
     reflect::{Binding, BindingKind},
     shader::ShaderCore,
 };
@@ -17,7 +18,7 @@ const IDLE_FRAMES: u64 = 64;
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
     compute: HashMap<Arc<ShaderCore>, (Arc<Compute>, u64)>,
-    raster: HashMap<RasterKey, (Arc<Raster>, u64)>,
+    raster: FoldedMap<RasterKey, (Arc<Raster>, u64)>,
     samplers: HashMap<Sampler, wgpu::Sampler>,
 }
 
@@ -51,6 +52,11 @@ pub(super) struct Raster {
 }
 
 impl Pipelines {
+    /// Whether the shader is compiled.
+    pub(super) fn has_compute(&self, shader: &ComputeShader) -> bool {
+        self.compute.contains_key(&shader.core)
+    }
+
     pub(super) fn compute(&mut self, gate: &Gate, shader: &ComputeShader, frame: u64) -> Result<Arc<Compute>, GraphError> {
         if let Some((found, last)) = self.compute.get_mut(&shader.core) {
             *last = frame;

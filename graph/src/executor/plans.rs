@@ -4,6 +4,7 @@ use super::{cache::Cache, pool::Acquired};
 use crate::{
     declaration::Declaration,
     error::GraphError,
+    hash::Folded,
     plan::{Need, Plan, PlanOptions, plan, plan_with_needs},
 };
 use std::{
@@ -145,12 +146,12 @@ impl PlanCache {
 const TOLD: usize = 3;
 
 /// What came, what went and what changed, by name.
-fn difference<T: PartialEq>(what: &str, old: &[T], new: &[T], name: impl Fn(&T) -> &String) -> Vec<String> {
-    let by_name: std::collections::HashMap<&str, &T> = old.iter().map(|item| (name(item).as_str(), item)).collect();
-    let names: std::collections::HashSet<&str> = new.iter().map(|item| name(item).as_str()).collect();
-    let changed = new.iter().filter(|item| by_name.get(name(item).as_str()).is_some_and(|old| old != item));
-    let came = new.iter().filter(|item| !by_name.contains_key(name(item).as_str()));
-    let went = old.iter().filter(|item| !names.contains(name(item).as_str()));
+fn difference<T: PartialEq>(what: &str, old: &[T], new: &[T], name: impl Fn(&T) -> &str) -> Vec<String> {
+    let by_name: std::collections::HashMap<&str, &T> = old.iter().map(|item| (name(item), item)).collect();
+    let names: std::collections::HashSet<&str> = new.iter().map(|item| name(item)).collect();
+    let changed = new.iter().filter(|item| by_name.get(name(item)).is_some_and(|old| old != item));
+    let came = new.iter().filter(|item| !by_name.contains_key(name(item)));
+    let went = old.iter().filter(|item| !names.contains(name(item)));
     let tell = |items: Vec<&T>, verb: &str| {
         let told: Vec<String> = items.iter().take(TOLD).map(|item| format!("`{}`", name(item))).collect();
         let more = items.len().saturating_sub(TOLD);
@@ -169,7 +170,7 @@ fn same_structure(a: &Declaration, b: &Declaration) -> bool {
 
 /// Hash of all that the plan follows from. It need not resist an attacker, and is computed every frame.
 fn structure_hash(declaration: &Declaration, options: PlanOptions) -> u64 {
-    let mut hasher = Folded(0);
+    let mut hasher = Folded::default();
     options.hash(&mut hasher);
     for resource in &declaration.resources {
         resource.hash(&mut hasher);
@@ -178,49 +179,6 @@ fn structure_hash(declaration: &Declaration, options: PlanOptions) -> u64 {
         pass.hash(&mut hasher);
     }
     hasher.finish()
-}
-
-/// Multiplies and folds word by word; equal declarations are compared in full after it.
-struct Folded(u64);
-
-impl Folded {
-    fn mix(&mut self, word: u64) {
-        let product = u128::from(self.0 ^ word) * u128::from(0x9E37_79B9_7F4A_7C15_u64);
-        self.0 = (product as u64) ^ (product >> 64) as u64;
-    }
-}
-
-impl Hasher for Folded {
-    fn write(&mut self, bytes: &[u8]) {
-        let mut words = bytes.chunks_exact(8);
-        for word in &mut words {
-            self.mix(word.iter().rev().fold(0, |all, &byte| all << 8 | u64::from(byte)));
-        }
-        let rest = words.remainder();
-        if !rest.is_empty() {
-            self.mix(rest.iter().fold(rest.len() as u64, |all, &byte| all << 8 | u64::from(byte)));
-        }
-    }
-
-    fn write_u8(&mut self, value: u8) {
-        self.mix(value.into());
-    }
-
-    fn write_u32(&mut self, value: u32) {
-        self.mix(value.into());
-    }
-
-    fn write_u64(&mut self, value: u64) {
-        self.mix(value);
-    }
-
-    fn write_usize(&mut self, value: usize) {
-        self.mix(value as u64);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use super::{
     Executor, Frame, Physical,
-    bindings::{Groups, ParamsRange, Source, attachment_view},
+    bindings::{Groups, Source, attachment_view},
     cache::{Cache, Key},
     pipelines::Formats,
     readback,
@@ -18,13 +18,12 @@ use crate::{
     pass::{Draw, Groups as Workgroups},
     raster::{Target, Targets},
     shader::ShaderCore,
-    verify::Bound,
+    verify::{Bound, ParamsRange},
 };
 use std::sync::Arc;
 
 /// What preparing the steps of a frame shares.
 pub(super) struct Preparation<'a> {
-    pub(super) params: &'a [ParamsRange],
     pub(super) queries: Option<&'a mut Queries>,
     pub(super) cache: &'a mut Cache,
 }
@@ -52,9 +51,10 @@ impl Executor {
                     .map(|raster| Item::Plain(Plain { label: &decl.name, work: super::record::Work::Raster(raster), query })))
             }
             Some(_) => match work[first].take() {
-                Some(Work::Compute { shader, bound, groups, .. }) => {
+                Some(Work::Compute { shader, bound, params, groups }) => {
                     let pipeline = self.pipelines.compute(&self.gate, &shader, self.frame)?;
-                    let bind_groups = self.bind_groups(frame, step.start, (&shader.core, &bound), &pipeline.layouts, shared);
+                    let bind_groups =
+                        self.bind_groups(frame, step.start, (&shader.core, &bound, params.as_ref()), &pipeline.layouts, shared);
                     let dispatch = match groups {
                         Workgroups::Given(groups) => Dispatch::Groups(groups),
                         Workgroups::Indirect(source) => match &frame.physical[source.resource] {
@@ -85,11 +85,10 @@ impl Executor {
         &mut self,
         frame: &Frame<'_>,
         position: usize,
-        (core, bound): (&ShaderCore, &[Bound]),
+        (core, bound, params): (&ShaderCore, &[Bound], Option<&ParamsRange>),
         layouts: &[Option<wgpu::BindGroupLayout>],
         shared: &mut Preparation<'_>,
     ) -> Arc<Groups> {
-        let params = &shared.params[position];
         let mut objects: Vec<Physical> = Vec::with_capacity(bound.len());
         for bound in bound {
             match bound {
@@ -130,10 +129,11 @@ impl Executor {
             let pass = frame.plan.order[position];
             match work[pass].take() {
                 Some(Work::ClearTexture { target }) => clears.push(target),
-                Some(Work::Raster { shader, bound, targets: its, draw, .. }) => {
+                Some(Work::Raster { shader, bound, params, targets: its, draw }) => {
                     let formats = formats(frame, &its);
                     let pipeline = self.pipelines.raster(&self.gate, &shader, formats, self.frame)?;
-                    let groups = self.bind_groups(frame, position, (&shader.core, &bound), &pipeline.layouts, shared);
+                    let groups =
+                        self.bind_groups(frame, position, (&shader.core, &bound, params.as_ref()), &pipeline.layouts, shared);
                     let indirect = match draw {
                         Draw::Given { .. } => None,
                         Draw::Indirect(source) => match &frame.physical[source.resource] {

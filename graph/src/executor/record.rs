@@ -264,7 +264,7 @@ impl Recorder<'_> {
         encoder.push_debug_group(&item.decl.name);
         let (mut buffers, mut textures) = (Vec::new(), Vec::new());
         for access in &item.decl.accesses {
-            let name = self.frame.declaration.resources[access.resource].name.as_str();
+            let name = &*self.frame.declaration.resources[access.resource].name;
             match &self.frame.physical[access.resource] {
                 Physical::Buffer { buffer, .. } => buffers.push((name, buffer)),
                 Physical::Texture(texture) => textures.push((name, texture)),

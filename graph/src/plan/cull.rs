@@ -20,7 +20,7 @@ pub(super) fn cull(declaration: &Declaration, cells: &Cells, edges: &[Edge]) -> 
     let chains = Chains::new(declaration, cells);
     let culled = (0..passes)
         .filter(|&pass| !live[pass])
-        .map(|index| Culled { index, pass: declaration.passes[index].name.clone(), reason: chains.reason(index) })
+        .map(|index| Culled { index, pass: declaration.passes[index].name.to_string(), reason: chains.reason(index) })
         .collect();
     (live, culled)
 }

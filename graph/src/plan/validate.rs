@@ -4,27 +4,27 @@ use super::cells::{self, Cells};
 use crate::{
     Subresources,
     declaration::{Declaration, Origin},
-    error::{GraphError, PassPlace},
+    error::{GraphError, PassRef},
+    hash::FoldedMap,
 };
-use std::collections::HashMap;
 
 /// Names, indices and parts that do not fit.
 pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
     let mut errors = Vec::new();
-    unique("resource", declaration, declaration.resources.iter().map(|resource| resource.name.as_str()), &mut errors);
-    unique("pass", declaration, declaration.passes.iter().map(|pass| pass.name.as_str()), &mut errors);
+    unique("resource", declaration, declaration.resources.iter().map(|resource| &*resource.name), &mut errors);
+    unique("pass", declaration, declaration.passes.iter().map(|pass| &*pass.name), &mut errors);
     for pass in &declaration.passes {
         for access in &pass.accesses {
             if access.resource >= declaration.resources.len() {
                 errors.push(GraphError::UnknownResource {
                     frame: declaration.name.clone(),
-                    pass: pass.name.clone(),
+                    pass: pass.name.to_string(),
                     verb: if access.writes() { "writes" } else { "reads" },
                     resource: format!("#{}", access.resource),
                     hint: String::new(),
                 });
             } else if !access.part.is_all() {
-                errors.extend(part_error(declaration, access.resource, access.part, &pass.place()));
+                errors.extend(part_error(declaration, access.resource, access.part, pass.at()));
             }
         }
     }
@@ -32,15 +32,15 @@ pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
 }
 
 /// If the resource has no such mips or layers.
-pub(crate) fn part_error(declaration: &Declaration, resource: usize, part: Subresources, at: &PassPlace) -> Option<GraphError> {
+pub(crate) fn part_error(declaration: &Declaration, resource: usize, part: Subresources, at: PassRef<'_>) -> Option<GraphError> {
     let [mips, layers] = cells::counts(declaration, resource);
     let inside = |[start, end]: [u32; 2], count: u32| start < end && start < count && (end <= count || end == u32::MAX);
     if inside(part.mips, mips) && inside(part.layers, layers) {
         return None;
     }
     Some(GraphError::NoSuchPart {
-        at: at.clone(),
-        resource: declaration.resources[resource].name.clone(),
+        at: at.place(),
+        resource: declaration.resources[resource].name.to_string(),
         part: part.to_string(),
         mips,
         layers,
@@ -55,7 +55,7 @@ pub(super) fn contents(declaration: &Declaration, cells: &Cells) -> Result<(), G
 }
 
 fn unique<'a>(what: &'static str, declaration: &Declaration, names: impl Iterator<Item = &'a str>, errors: &mut Vec<GraphError>) {
-    let mut seen = HashMap::new();
+    let mut seen = FoldedMap::default();
     for (second, name) in names.enumerate() {
         if let Some(&first) = seen.get(name) {
             let (frame, name) = (declaration.name.clone(), name.to_owned());
@@ -76,7 +76,7 @@ fn stale(declaration: &Declaration, cells: &Cells, errors: &mut Vec<GraphError>)
         for access in &pass.accesses {
             let resource = &declaration.resources[access.resource];
             if access.writes() && resource.origin == Origin::Previous {
-                errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.clone() });
+                errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.to_string() });
             }
             if !access.read || cells.of(access).all(|cell| written[cell]) {
                 continue;
@@ -104,7 +104,7 @@ fn stale(declaration: &Declaration, cells: &Cells, errors: &mut Vec<GraphError>)
             let part = if access.part.is_all() { String::new() } else { format!(", {}", access.part) };
             errors.push(GraphError::StaleRead {
                 at: pass.place(),
-                resource: resource.name.clone(),
+                resource: resource.name.to_string(),
                 how: format!("{}{part}", access.binding),
                 mend,
             });

@@ -1,13 +1,13 @@
 //! Compares Rust and WGSL structs.
 
 use crate::{
-    error::{GraphError, PassPlace, did_you_mean},
+    error::{GraphError, PassRef, did_you_mean},
     layout::StructLayout,
     reflect::{Binding, Element, StructShape},
 };
 
 /// The first difference between a Rust layout and a WGSL element.
-pub(super) fn compare(layout: &StructLayout, element: &Element, binding: &Binding, at: &PassPlace) -> Result<(), GraphError> {
+pub(super) fn compare(layout: &StructLayout, element: &Element, binding: &Binding, at: PassRef<'_>) -> Result<(), GraphError> {
     let (wgsl_struct, difference) = match element {
         // No Rust struct can describe a runtime-sized tail; such a buffer is declared in bytes or words.
         Element::Tail(name) => (
@@ -24,8 +24,8 @@ pub(super) fn compare(layout: &StructLayout, element: &Element, binding: &Bindin
     };
     let Some(difference) = difference else { return Ok(()) };
     Err(GraphError::Layout {
-        at: at.clone(),
-        binding: binding.name.clone(),
+        at: at.place(),
+        binding: binding.name.to_string(),
         shader: binding.place.clone(),
         rust_struct: layout.name.to_owned(),
         wgsl_struct,

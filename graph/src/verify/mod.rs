@@ -5,7 +5,7 @@ mod layout;
 use crate::{
     BufferDesc, Graph, Handle, Resource, Subresources, TextureDesc,
     declaration::{Access, ResourceKind, Write},
-    error::{GraphError, PassPlace, did_you_mean, names},
+    error::{GraphError, PassRef, did_you_mean, names},
     layout::StructLayout,
     pass::{Calls, Sampler},
     plan::validate,
@@ -19,9 +19,31 @@ use wgpu::TextureViewDimension as Dimension;
 /// One `.read`, `.write` or `.sampler` call.
 #[derive(Debug)]
 pub(crate) struct Call {
-    binding: String,
+    variable: Variable,
     target: Target,
     location: &'static Location<'static>,
+}
+
+/// The variable a call names.
+#[derive(Debug)]
+enum Variable {
+    /// Index among the shader's bindings.
+    Bound(usize),
+    /// Index among the bindings that the module has and the entry point leaves alone.
+    Unused(usize),
+    Unknown(String),
+}
+
+impl Variable {
+    fn find(core: &ShaderCore, name: &str) -> Self {
+        match core.bindings.iter().position(|binding| *binding.name == *name) {
+            Some(index) => Self::Bound(index),
+            None => match core.unused.iter().position(|unused| *unused == *name) {
+                Some(index) => Self::Unused(index),
+                None => Self::Unknown(name.to_owned()),
+            },
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -59,19 +81,19 @@ impl From<Subresources> for View {
 
 impl Call {
     #[track_caller]
-    pub(crate) fn new<T: Resource>(binding: &str, handle: &Handle<T>, write: bool, view: View) -> Self {
+    pub(crate) fn new<T: Resource>(core: &ShaderCore, binding: &str, handle: &Handle<T>, write: bool, view: View) -> Self {
         let target = Target::Resource { index: handle.index, graph: handle.graph, name: Arc::clone(&handle.name), write, view };
-        Self { binding: binding.to_owned(), target, location: Location::caller() }
+        Self { variable: Variable::find(core, binding), target, location: Location::caller() }
     }
 
     #[track_caller]
-    pub(crate) fn nothing(binding: &str) -> Self {
-        Self { binding: binding.to_owned(), target: Target::Nothing, location: Location::caller() }
+    pub(crate) fn nothing(core: &ShaderCore, binding: &str) -> Self {
+        Self { variable: Variable::find(core, binding), target: Target::Nothing, location: Location::caller() }
     }
 
     #[track_caller]
-    pub(crate) fn sampler(binding: &str, sampler: Sampler) -> Self {
-        Self { binding: binding.to_owned(), target: Target::Sampler(sampler), location: Location::caller() }
+    pub(crate) fn sampler(core: &ShaderCore, binding: &str, sampler: Sampler) -> Self {
+        Self { variable: Variable::find(core, binding), target: Target::Sampler(sampler), location: Location::caller() }
     }
 
     fn resource_name(&self) -> &str {
@@ -83,11 +105,15 @@ impl Call {
     }
 }
 
+/// Bytes of a graph's params.
+pub(crate) type ParamsRange = std::ops::Range<u64>;
+
 /// The contents of the uniform `params`.
 #[derive(Debug)]
 pub(crate) struct Params {
     pub(crate) layout: StructLayout,
-    pub(crate) bytes: Vec<u8>,
+    /// Where they lie among the graph's params (bytes).
+    pub(crate) range: ParamsRange,
 }
 
 /// What is bound to the shader's binding of the same position in its list.
@@ -114,47 +140,51 @@ pub(crate) fn bindings(
     graph: &Graph<'_>,
     core: &ShaderCore,
     calls: &Calls,
-    at: &PassPlace,
+    at: PassRef<'_>,
 ) -> Result<(Vec<Bound>, Vec<Access>), Vec<GraphError>> {
     let mut errors = Vec::new();
     let mut bound: Vec<Option<Bound>> = vec![None; core.bindings.len()];
-    let mut first: Vec<Option<&str>> = vec![None; core.bindings.len()];
-    let mut accesses = Vec::new();
-    let find = |name: &str| core.bindings.iter().position(|binding| binding.name == name);
+    let mut accesses = Vec::with_capacity(calls.bound.len() + 2);
     if let Some(params) = &calls.params {
-        match find(PARAMS) {
-            Some(index) => {
+        match Variable::find(core, PARAMS) {
+            Variable::Bound(index) => {
                 check_params(params, &core.bindings[index], at, &mut errors);
                 bound[index] = Some(Bound::Params);
-                first[index] = Some("the argument of `.params`");
             }
-            None if core.unused.iter().any(|name| name == PARAMS) => {}
-            None => errors.push(unknown(core, PARAMS, at)),
+            Variable::Unused(_) => {}
+            Variable::Unknown(name) => errors.push(unknown(core, &name, at)),
         }
     }
     for call in &calls.bound {
-        let at = PassPlace::new(at.pass(), crate::declaration::rust_place(Some(call.location)));
-        let Some(index) = find(&call.binding) else {
-            match (&call.target, core.unused.contains(&call.binding)) {
-                // The module declares it, this entry point leaves it alone: nothing to bind, and no dependency.
-                (Target::Resource { write: false, .. } | Target::Nothing | Target::Sampler(_), true) => {}
-                (_, true) => errors.push(GraphError::WriteIsNotWritten {
-                    at,
-                    binding: call.binding.clone(),
-                    resource: call.resource_name().to_owned(),
-                    shader: core.source.flat.root(),
-                }),
-                _ => errors.push(unknown(core, &call.binding, &at)),
+        let at = at.at(call.location);
+        let index = match (&call.variable, &call.target) {
+            (Variable::Bound(index), _) => *index,
+            (Variable::Unknown(name), _) => {
+                errors.push(unknown(core, name, at));
+                continue;
             }
-            continue;
+            (Variable::Unused(unused), Target::Resource { write: true, name, .. }) => {
+                errors.push(GraphError::WriteIsNotWritten {
+                    at: at.place(),
+                    binding: core.unused[*unused].clone(),
+                    resource: name.to_string(),
+                    shader: core.source.flat.root(),
+                });
+                continue;
+            }
+            // The module declares it, this entry point leaves it alone: nothing to bind, and no dependency.
+            (Variable::Unused(_), _) => continue,
         };
-        if let Some(first) = first[index] {
-            let (first, second) = (first.to_owned(), call.resource_name().to_owned());
-            errors.push(GraphError::BoundTwice { at, binding: call.binding.clone(), first, second });
+        let binding = &core.bindings[index];
+        if bound[index].is_some() {
+            let earlier = calls.bound.iter().find(|other| matches!(other.variable, Variable::Bound(i) if i == index));
+            let first =
+                earlier.filter(|earlier| !std::ptr::eq(*earlier, call)).map_or("the argument of `.params`", Call::resource_name);
+            let (binding, first, second) = (binding.name.to_string(), first.to_owned(), call.resource_name().to_owned());
+            errors.push(GraphError::BoundTwice { at: at.place(), binding, first, second });
             continue;
         }
-        first[index] = Some(call.resource_name());
-        let check = Check { graph, binding: &core.bindings[index], at: &at };
+        let check = Check { graph, binding, at };
         match check.call(call) {
             Ok((one, access)) => {
                 bound[index] = Some(one);
@@ -163,11 +193,12 @@ pub(crate) fn bindings(
             Err(error) => errors.push(error),
         }
     }
-    for (index, binding) in core.bindings.iter().enumerate() {
-        if first[index].is_none() {
+    if bound.iter().any(Option::is_none) {
+        let called = |index| calls.bound.iter().any(|call| matches!(call.variable, Variable::Bound(other) if other == index));
+        for (_, binding) in core.bindings.iter().enumerate().filter(|(index, _)| bound[*index].is_none() && !called(*index)) {
             errors.push(GraphError::Unbound {
-                at: at.clone(),
-                binding: binding.name.clone(),
+                at: at.place(),
+                binding: binding.name.to_string(),
                 shader: binding.place.clone(),
                 kind: binding.describe(),
                 mend: binding.mend(),
@@ -178,11 +209,11 @@ pub(crate) fn bindings(
     if errors.is_empty() { Ok((bound.into_iter().flatten().collect(), accesses)) } else { Err(errors) }
 }
 
-fn unknown(core: &ShaderCore, binding: &str, at: &PassPlace) -> GraphError {
-    let known = || core.bindings.iter().map(|binding| binding.name.as_str());
+fn unknown(core: &ShaderCore, binding: &str, at: PassRef<'_>) -> GraphError {
+    let known = || core.bindings.iter().map(|binding| &*binding.name);
     let hint = did_you_mean(binding, known());
     GraphError::UnknownBinding {
-        at: at.clone(),
+        at: at.place(),
         binding: binding.to_owned(),
         shader: core.source.flat.root(),
         known: names(known()),
@@ -191,7 +222,7 @@ fn unknown(core: &ShaderCore, binding: &str, at: &PassPlace) -> GraphError {
 }
 
 /// What one access of a pass writes may have no other access in it.
-pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: &PassPlace, errors: &mut Vec<GraphError>) {
+pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: PassRef<'_>, errors: &mut Vec<GraphError>) {
     let pairs = accesses.iter().enumerate().flat_map(|(i, first)| accesses[i + 1..].iter().map(move |second| (first, second)));
     let clashes = |a: &Access, b: &Access| a.resource == b.resource && (a.writes() || b.writes()) && a.part.overlaps(b.part);
     let mut told = Vec::new();
@@ -199,10 +230,10 @@ pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: &PassPlace, 
         if !told.contains(&first.resource) {
             told.push(first.resource);
             errors.push(GraphError::WriteConflict {
-                at: at.clone(),
-                resource: graph.declaration.resources[first.resource].name.clone(),
-                first: first.binding.clone(),
-                second: second.binding.clone(),
+                at: at.place(),
+                resource: graph.declaration.resources[first.resource].name.to_string(),
+                first: first.binding.to_string(),
+                second: second.binding.to_string(),
             });
         }
     }
@@ -211,7 +242,7 @@ pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: &PassPlace, 
 struct Check<'a> {
     graph: &'a Graph<'a>,
     binding: &'a Binding,
-    at: &'a PassPlace,
+    at: PassRef<'a>,
 }
 
 impl Check<'_> {
@@ -229,27 +260,25 @@ impl Check<'_> {
             },
             Target::Resource { index, graph, name, write, view } => {
                 if *graph != self.graph.id {
-                    return Err(GraphError::ForeignHandle { at: self.at.clone(), resource: name.to_string() });
+                    return Err(GraphError::ForeignHandle { at: self.at.place(), resource: name.to_string() });
                 }
                 if *write && !self.binding.writes {
                     return Err(GraphError::WriteIsNotWritten {
-                        at: self.at.clone(),
-                        binding: self.binding.name.clone(),
+                        at: self.at.place(),
+                        binding: self.binding.name.to_string(),
                         resource: name.to_string(),
                         shader: self.binding.place.clone(),
                     });
                 }
                 if !*write && self.binding.writes {
                     return Err(GraphError::ReadIsWritten {
-                        at: self.at.clone(),
-                        binding: self.binding.name.clone(),
+                        at: self.at.place(),
+                        binding: self.binding.name.to_string(),
                         resource: name.to_string(),
                         shader: self.binding.place.clone(),
                     });
                 }
-                if let Some(error) = validate::part_error(&self.graph.declaration, *index, view.part, self.at)
-                    && !view.part.is_all()
-                {
+                if let Some(error) = validate::part_error(&self.graph.declaration, *index, view.part, self.at) {
                     return Err(error);
                 }
                 let (bound, usage, part) = match &self.graph.declaration.resources[*index].kind {
@@ -261,21 +290,27 @@ impl Check<'_> {
                     }
                 };
                 let write = if self.binding.writes { Write::Keep } else { Write::No };
-                Ok((bound, Some(Access { part, ..Access::new(*index, &self.binding.name, self.binding.reads, write, usage) })))
+                Ok((
+                    bound,
+                    Some(Access {
+                        part,
+                        ..Access::new(*index, Arc::clone(&self.binding.name), self.binding.reads, write, usage)
+                    }),
+                ))
             }
         }
     }
 
     fn wrong_kind(&self, resource: &str, given: &str) -> GraphError {
         let mend = match self.binding.kind {
-            BindingKind::Uniform { .. } if self.binding.name == PARAMS => "its contents by `.params(&…)`",
+            BindingKind::Uniform { .. } if *self.binding.name == *PARAMS => "its contents by `.params(&…)`",
             BindingKind::Uniform { .. } | BindingKind::Storage { .. } => "a buffer, or change the WGSL",
             BindingKind::Texture { .. } | BindingKind::StorageTexture { .. } => "a texture, or change the WGSL",
             BindingKind::Sampler => "a sampler by `.sampler(…)`",
         };
         GraphError::Kind {
-            at: self.at.clone(),
-            binding: self.binding.name.clone(),
+            at: self.at.place(),
+            binding: self.binding.name.to_string(),
             shader: self.binding.place.clone(),
             expected: self.binding.describe().into(),
             resource: resource.to_owned(),
@@ -295,8 +330,8 @@ impl Check<'_> {
         }
         if desc.padded() < size {
             return Err(GraphError::BufferTooSmall {
-                at: self.at.clone(),
-                binding: self.binding.name.clone(),
+                at: self.at.place(),
+                binding: self.binding.name.to_string(),
                 shader: self.binding.place.clone(),
                 needed: size,
                 resource: name.to_owned(),
@@ -319,8 +354,8 @@ impl Check<'_> {
             return Ok(part);
         }
         Err(GraphError::TextureShape {
-            at: self.at.clone(),
-            binding: self.binding.name.clone(),
+            at: self.at.place(),
+            binding: self.binding.name.to_string(),
             shader: self.binding.place.clone(),
             expected: "a storage texture, which is one mip level".into(),
             resource: name.to_owned(),
@@ -339,7 +374,7 @@ impl Check<'_> {
         let format_name = crate::format::name;
         if format != desc.format && !desc.view_formats.contains(&format) {
             let (format, asked) = (format_name(desc.format), format_name(format));
-            return Err(GraphError::ViewFormat { at: self.at.clone(), resource: name.to_owned(), format, asked });
+            return Err(GraphError::ViewFormat { at: self.at.place(), resource: name.to_owned(), format, asked });
         }
         match self.binding.kind {
             BindingKind::Texture { sample, view, multisampled } => {
@@ -350,8 +385,8 @@ impl Check<'_> {
             BindingKind::StorageTexture { format: expected, view, access } => {
                 if expected != format {
                     return Err(GraphError::StorageFormat {
-                        at: self.at.clone(),
-                        binding: self.binding.name.clone(),
+                        at: self.at.place(),
+                        binding: self.binding.name.to_string(),
                         shader: self.binding.place.clone(),
                         expected: format_name(expected),
                         resource: name.to_owned(),
@@ -397,8 +432,8 @@ impl Check<'_> {
         };
         let multi = if multisampled { "multisampled " } else { "" };
         Err(GraphError::TextureShape {
-            at: self.at.clone(),
-            binding: self.binding.name.clone(),
+            at: self.at.place(),
+            binding: self.binding.name.to_string(),
             shader: self.binding.place.clone(),
             expected: format!("{multi}{}", reflect::view_name(view)).into(),
             resource: name.to_owned(),
@@ -421,8 +456,8 @@ impl Check<'_> {
         let fits = match (expected, given) {
             (S::Float { filterable: true }, Some(S::Float { filterable: false })) => {
                 return Err(GraphError::NotFilterable {
-                    at: self.at.clone(),
-                    binding: self.binding.name.clone(),
+                    at: self.at.place(),
+                    binding: self.binding.name.to_string(),
                     shader: self.binding.place.clone(),
                     resource: name.to_owned(),
                     format: crate::format::name(format),
@@ -444,8 +479,8 @@ impl Check<'_> {
             _ => "f32",
         };
         Err(GraphError::SampleKind {
-            at: self.at.clone(),
-            binding: self.binding.name.clone(),
+            at: self.at.place(),
+            binding: self.binding.name.to_string(),
             shader: self.binding.place.clone(),
             expected: self.binding.describe().into(),
             resource: name.into(),
@@ -456,10 +491,10 @@ impl Check<'_> {
     }
 }
 
-fn check_params(params: &Params, binding: &Binding, at: &PassPlace, errors: &mut Vec<GraphError>) {
+fn check_params(params: &Params, binding: &Binding, at: PassRef<'_>, errors: &mut Vec<GraphError>) {
     let BindingKind::Uniform { element, .. } = &binding.kind else {
         errors.push(GraphError::Kind {
-            at: at.clone(),
+            at: at.place(),
             binding: PARAMS.to_owned(),
             shader: binding.place.clone(),
             expected: binding.describe().into(),

@@ -63,7 +63,7 @@ fn roots_are_imports_history_kept_resources_and_side_effects() {
     graph.keep(&kept);
     let plan = graph.plan(&PlanOptions::default()).unwrap();
     assert_eq!(plan.order, [0, 1, 2, 4]);
-    let kept = plan.lifetimes[graph.declaration().unwrap().resources.iter().position(|r| r.name == "kept").unwrap()].unwrap();
+    let kept = plan.lifetimes[graph.declaration().unwrap().resources.iter().position(|r| &*r.name == "kept").unwrap()].unwrap();
     assert_eq!((kept.first, kept.last), (2, 3), "a kept resource lives to the end");
 }
 
