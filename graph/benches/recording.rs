@@ -93,14 +93,15 @@ impl ByHand {
     }
 }
 
-fn by_graph(executor: &mut Executor, step: &ComputeShader, passes: usize) -> [f64; 3] {
+fn by_graph(executor: &mut Executor, step: &ComputeShader, names: &[String]) -> [f64; 3] {
     let started = Instant::now();
     let mut graph = Graph::new("frame");
     let mut now = graph.import_buffer("first", BufferDesc::words(WORDS), FIRST.with(|first| first.borrow().clone()));
-    for pass in 0..passes {
-        let mut next = graph.buffer("words", BufferDesc::words(WORDS));
+    for (pass, name) in names.iter().enumerate() {
+        let mut next = graph.buffer(name, BufferDesc::words(WORDS));
         graph
             .compute(step)
+            .name(name)
             .params(&Amount { value: pass as f32, count: WORDS as u32 })
             .read("source_words", &now)
             .write("target_words", &mut next)
@@ -138,6 +139,7 @@ fn main() {
     println!("passes  threads  by hand µs  graph µs (declare + plan + record)   ratio");
     for passes in [100, 1000] {
         let hand = ByHand::new(&gpu, passes);
+        let names: Vec<String> = (0..passes).map(|pass| format!("step {pass}")).collect();
         for threads in [1, 2] {
             let mut executor = Executor::new(&gpu);
             executor.set_timing(false);
@@ -150,7 +152,7 @@ fn main() {
                 hand.frame(&gpu);
                 let by_hand = started.elapsed().as_secs_f64() * 1e6;
                 wait();
-                let frame = by_graph(&mut executor, &step, passes);
+                let frame = by_graph(&mut executor, &step, &names);
                 wait();
                 if round >= 20 {
                     times[0].push(by_hand);

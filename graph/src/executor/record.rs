@@ -146,10 +146,7 @@ impl Recorder<'_> {
         }
         let threads = self.threads.min(items.len() / WORTH_A_THREAD);
         if threads <= 1 {
-            let encoder = open.get_or_insert_with(|| self.encoder());
-            for item in &items {
-                self.one(item, encoder);
-            }
+            self.all(&items, open.get_or_insert_with(|| self.encoder()));
         } else {
             recorded.commands.extend(open.take().map(wgpu::CommandEncoder::finish));
             let length = items.len().div_ceil(threads);
@@ -173,41 +170,29 @@ impl Recorder<'_> {
     fn chunk(self, items: &[Plain<'_>]) -> Result<wgpu::CommandBuffer, GraphError> {
         self.gate.scoped(&format!("frame `{}`", self.frame.declaration.name), 0, || {
             let mut encoder = self.encoder();
-            for item in items {
-                self.one(item, &mut encoder);
-            }
+            self.all(items, &mut encoder);
             Ok(encoder.finish())
         })
     }
 
-    fn one(self, item: &Plain<'_>, encoder: &mut wgpu::CommandEncoder) {
-        match &item.work {
-            Work::Compute(compute) => {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label: Some(item.label),
-                    timestamp_writes: item.query.as_ref().map(Query::compute),
-                });
-                pass.set_pipeline(&compute.pipeline.pipeline);
-                for (group, bind_group) in compute.groups.iter() {
-                    pass.set_bind_group(*group, bind_group, &[]);
-                }
-                match &compute.dispatch {
-                    Dispatch::Groups([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
-                    Dispatch::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, *offset),
-                }
-            }
-            Work::Raster(raster) => self.raster(raster, item, encoder),
-            Work::Command(command) => {
-                let mark = |encoder: &mut wgpu::CommandEncoder, end| {
+    fn all(self, items: &[Plain<'_>], encoder: &mut wgpu::CommandEncoder) {
+        let joins = |a: &Plain<'_>, b: &Plain<'_>| a.is_untimed_compute() && b.is_untimed_compute();
+        for run in items.chunk_by(joins) {
+            match &run[0].work {
+                Work::Compute(_) => compute(run, encoder),
+                Work::Raster(raster) => self.raster(raster, &run[0], encoder),
+                Work::Command(command) => {
+                    let item = &run[0];
                     if let Some(query) = &item.query {
-                        query.mark(encoder, end);
+                        query.mark(encoder, false);
                     }
-                };
-                mark(encoder, false);
-                encoder.push_debug_group(item.label);
-                command.record(encoder);
-                encoder.pop_debug_group();
-                mark(encoder, true);
+                    encoder.push_debug_group(item.label);
+                    command.record(encoder);
+                    encoder.pop_debug_group();
+                    if let Some(query) = &item.query {
+                        query.mark(encoder, true);
+                    }
+                }
             }
         }
     }
@@ -279,6 +264,39 @@ impl Recorder<'_> {
             query.mark(encoder, true);
         }
         Ok(())
+    }
+}
+
+impl Plain<'_> {
+    fn is_untimed_compute(&self) -> bool {
+        self.query.is_none() && matches!(self.work, Work::Compute(_))
+    }
+}
+
+/// Records dispatches in one compute pass: wgpu puts the same barriers between its dispatches as between passes, and a
+/// pass costs the CPU about as much as what is in it. A pass that is timed stands alone.
+fn compute(run: &[Plain<'_>], encoder: &mut wgpu::CommandEncoder) {
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some(run[0].label),
+        timestamp_writes: run[0].query.as_ref().map(Query::compute),
+    });
+    let mut last: Option<&Arc<pipelines::Compute>> = None;
+    for item in run {
+        let Work::Compute(compute) = &item.work else { continue };
+        if run.len() > 1 {
+            pass.insert_debug_marker(item.label);
+        }
+        if last.is_none_or(|last| !Arc::ptr_eq(last, &compute.pipeline)) {
+            pass.set_pipeline(&compute.pipeline.pipeline);
+            last = Some(&compute.pipeline);
+        }
+        for (group, bind_group) in compute.groups.iter() {
+            pass.set_bind_group(*group, bind_group, &[]);
+        }
+        match &compute.dispatch {
+            Dispatch::Groups([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
+            Dispatch::Indirect(buffer, offset) => pass.dispatch_workgroups_indirect(buffer, *offset),
+        }
     }
 }
 
