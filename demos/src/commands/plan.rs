@@ -70,7 +70,7 @@ fn table(declaration: &Declaration, plan: &Plan, times: Times) -> String {
     for (position, &index) in plan.order.iter().enumerate() {
         let Some(pass) = declaration.passes.get(index) else { continue };
         let live = plan.live_bytes.get(position).copied().unwrap_or(0);
-        rows.push(vec![pass.name.clone(), pass.kind.name().to_owned(), bytes(live)]);
+        rows.push(vec![pass.name.to_string(), pass.kind.name().to_owned(), bytes(live)]);
     }
     let mut text = columns(&rows);
     if !plan.culled.is_empty() {

@@ -182,7 +182,7 @@ impl FrameReadbacks {
         if let Some((names, readback)) = self.stats {
             rendered.add_stats(names, &output.cast::<u32>(readback));
         }
-        add_times(&mut rendered.passes, output.passes.iter().map(|pass| (pass.name.as_str(), pass.gpu_ms)));
+        add_times(&mut rendered.passes, output.passes.iter().map(|pass| (&*pass.name, pass.gpu_ms)));
         if output.memory.pooled_bytes >= rendered.memory.pooled_bytes {
             rendered.memory = output.memory;
         }
