@@ -1,0 +1,125 @@
+//! Topological order, improved so that less memory is in use at once.
+//!
+//! ```text
+//!   recorded      A B C d b c ■     A, B and C each write what d, b and c read: four are in use at the peak
+//!   for memory    A B b C c d       each is read as soon as it can be; the peak is what d needs anyway
+//! ```
+//!
+//! Finding the order of least peak is NP-hard (it is register allocation by another name), so a few orders are made and the
+//! best is kept: the recorded one, two of list scheduling (from the front and from the back), and what local moves make of
+//! them. No order is taken over the recorded one unless its peak is lower, so a frame that was recorded well stays as it is,
+//! and the result depends on nothing but the declaration.
+//!
+//! The nodes are units: passes that run as one render pass stay together. Pinned passes keep their recorded order among
+//! themselves by edges from each to the next.
+
+mod improve;
+mod list;
+mod model;
+
+use super::{PassOrder, dependencies::Edge, merge::Units};
+use crate::declaration::Declaration;
+use list::Direction;
+use model::{Model, Rows};
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+/// What local moves may cost, as touches of resources: this many times those of the frame, and so many in a small frame.
+const EFFORT: usize = 16;
+const LEAST_EFFORT: usize = 4096;
+
+/// The units in order, or a pass on a cycle.
+pub(super) fn order(
+    declaration: &Declaration,
+    units: &Units,
+    dependencies: &[Edge],
+    order: PassOrder,
+) -> Result<Vec<usize>, usize> {
+    let edges = model::edges(declaration, units, dependencies);
+    let recorded = recorded(units.len(), &edges).map_err(|unit| units.unit(unit as usize)[0])?;
+    let sequence = match order {
+        PassOrder::Recorded => recorded,
+        PassOrder::Memory => smallest(&Model::new(declaration, units, &edges), recorded),
+    };
+    Ok(sequence.into_iter().map(|unit| unit as usize).collect())
+}
+
+/// Of the units that could come next, the one recorded first; or a unit on a cycle.
+fn recorded(units: usize, edges: &[(u32, u32)]) -> Result<Vec<u32>, u32> {
+    if edges.iter().all(|(from, to)| from < to) {
+        return Ok((0..units as u32).collect());
+    }
+    let next = Rows::new(units, edges);
+    let mut waiting = vec![0_u32; units];
+    for &(_, to) in edges {
+        waiting[to as usize] += 1;
+    }
+    let mut ready: BinaryHeap<Reverse<u32>> = (0..units as u32).filter(|&unit| waiting[unit as usize] == 0).map(Reverse).collect();
+    let mut sequence = Vec::with_capacity(units);
+    while let Some(Reverse(unit)) = ready.pop() {
+        sequence.push(unit);
+        for &to in next.of(unit) {
+            waiting[to as usize] -= 1;
+            if waiting[to as usize] == 0 {
+                ready.push(Reverse(to));
+            }
+        }
+    }
+    match waiting.iter().position(|&n| n > 0) {
+        Some(stuck) => Err(stuck as u32),
+        None => Ok(sequence),
+    }
+}
+
+/// The order of the smallest peak that was found; the recorded one unless another's is smaller.
+fn smallest(model: &Model, recorded: Vec<u32>) -> Vec<u32> {
+    let bound = model.bound();
+    let mut best = (model.peak(&recorded), recorded);
+    let unchanged = best.0;
+    let effort = (EFFORT * (model.items.len() + model.units as usize)).max(LEAST_EFFORT);
+    for direction in [Direction::Forward, Direction::Backward] {
+        if best.0 > bound {
+            let sequence = list::schedule(model, direction);
+            let peak = model.peak(&sequence);
+            if peak < best.0 {
+                best = (peak, sequence);
+            }
+        }
+    }
+    let _ = unchanged;
+    if best.0 > bound { improve::improve(model, best.1, bound, effort).0 } else { best.1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(from: usize, to: usize) -> Edge {
+        Edge { from, to, data: true }
+    }
+
+    /// Orders passes of which nothing is known but the edges.
+    fn order(live: &[bool], edges: &[Edge]) -> Result<Vec<usize>, usize> {
+        let passes = (0..live.len()).map(|i| format!(r#"{{"name": "{i}", "kind": "compute"}}"#)).collect::<Vec<_>>().join(",");
+        let frame = format!(r#"{{"frame": "f", "resources": [], "passes": [{passes}]}}"#);
+        let declaration = Declaration::from_frame_json(&frame).unwrap();
+        let units = super::super::merge::merge(&declaration, live);
+        let sequence = super::order(&declaration, &units, edges, PassOrder::Recorded)?;
+        Ok(units.flatten(sequence).0)
+    }
+    #[test]
+    fn recorded_order_breaks_ties() {
+        assert_eq!(order(&[true; 4], &[]), Ok(vec![0, 1, 2, 3]));
+        assert_eq!(order(&[true; 4], &[edge(2, 0), edge(3, 1)]), Ok(vec![2, 0, 3, 1]));
+        assert_eq!(order(&[true, false, true], &[edge(0, 1), edge(1, 2)]), Ok(vec![0, 2]), "culled passes drop out");
+    }
+
+    #[test]
+    fn a_cycle_is_found() {
+        assert_eq!(order(&[true; 3], &[edge(0, 1), edge(1, 2), edge(2, 1)]), Err(1));
+    }
+
+    #[test]
+    fn double_edges_count_twice_on_both_sides() {
+        assert_eq!(order(&[true; 2], &[edge(1, 0), edge(1, 0)]), Ok(vec![1, 0]));
+    }
+}

@@ -1,0 +1,173 @@
+//! What ordering works on: units, the transient resources they touch, and what must come before what, as flat arrays.
+
+use super::super::{dependencies::Edge, merge::Units};
+use crate::declaration::{Declaration, Origin};
+
+/// Sums of bytes: sizes of 64 bits that come and go.
+pub(super) type Bytes = i128;
+
+/// Rows of numbers, one row after the other.
+#[derive(Debug)]
+pub(super) struct Rows {
+    starts: Vec<u32>,
+    values: Vec<u32>,
+}
+
+impl Rows {
+    /// Values by row; within a row, in the order of `pairs`.
+    pub(super) fn new(rows: usize, pairs: &[(u32, u32)]) -> Self {
+        // Counts, then a running sum: where each row begins. The second pass moves each start to its row's end, hence to the
+        // next one's start, so all begin one place further on.
+        let mut starts = vec![0_u32; rows + 2];
+        for (row, _) in pairs {
+            starts[*row as usize + 2] += 1;
+        }
+        for row in 2..starts.len() {
+            starts[row] += starts[row - 1];
+        }
+        let mut values = vec![0; pairs.len()];
+        for (row, value) in pairs {
+            let at = &mut starts[*row as usize + 1];
+            values[*at as usize] = *value;
+            *at += 1;
+        }
+        starts.pop();
+        Self { starts, values }
+    }
+
+    /// One row.
+    pub(super) fn of(&self, row: u32) -> &[u32] {
+        &self.values[self.starts[row as usize] as usize..self.starts[row as usize + 1] as usize]
+    }
+
+    /// All values.
+    pub(super) fn len(&self) -> usize {
+        self.values.len()
+    }
+}
+
+/// Units and what they touch. Items are the transient resources that some unit touches.
+#[derive(Debug)]
+pub(super) struct Model {
+    /// Number of units.
+    pub(super) units: u32,
+    /// Unit to those that come after it.
+    pub(super) next: Rows,
+    /// Unit to those that come before it.
+    pub(super) previous: Rows,
+    /// Unit to items, each once.
+    pub(super) items: Rows,
+    /// Item to units, each once, ascending.
+    pub(super) touching: Rows,
+    /// Item to its bytes.
+    pub(super) bytes: Vec<Bytes>,
+    /// Item to whether it lives to the end.
+    pub(super) kept: Vec<bool>,
+}
+
+impl Model {
+    /// The model of the passes that run.
+    pub(super) fn new(declaration: &Declaration, units: &Units, edges: &[(u32, u32)]) -> Self {
+        let reversed: Vec<(u32, u32)> = edges.iter().map(|&(from, to)| (to, from)).collect();
+        const NONE: u32 = u32::MAX;
+        // Per resource: its item, and the last unit that was seen to touch it.
+        let mut item_of = vec![(NONE, NONE); declaration.resources.len()];
+        let (mut bytes, mut kept, mut touched, mut touching) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for unit in 0..units.len() {
+            for access in units.unit(unit).iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
+                let (item, seen) = &mut item_of[access.resource];
+                if *seen == unit as u32 {
+                    continue;
+                }
+                *seen = unit as u32;
+                if *item == NONE {
+                    let resource = &declaration.resources[access.resource];
+                    if resource.origin != Origin::Transient || resource.bytes == 0 {
+                        continue;
+                    }
+                    *item = bytes.len() as u32;
+                    bytes.push(Bytes::from(resource.bytes));
+                    kept.push(resource.keep);
+                }
+                touched.push((unit as u32, *item));
+                touching.push((*item, unit as u32));
+            }
+        }
+        Self {
+            units: units.len() as u32,
+            next: Rows::new(units.len(), edges),
+            previous: Rows::new(units.len(), &reversed),
+            items: Rows::new(units.len(), &touched),
+            touching: Rows::new(bytes.len(), &touching),
+            bytes,
+            kept,
+        }
+    }
+
+    /// Bytes that no order can do without: the most that one unit touches.
+    pub(super) fn bound(&self) -> Bytes {
+        (0..self.units).map(|unit| self.items.of(unit).iter().map(|&item| self.bytes[item as usize]).sum()).max().unwrap_or(0)
+    }
+
+    /// The most in use at once.
+    pub(super) fn peak(&self, sequence: &[u32]) -> Bytes {
+        // Per item: how many touches are to come; a kept one has one more that never comes.
+        let all = |item: usize| self.touching.of(item as u32).len() as u32 + u32::from(self.kept[item]);
+        let mut waiting: Vec<u32> = (0..self.bytes.len()).map(all).collect();
+        let (mut live, mut peak) = (0, 0);
+        for &unit in sequence {
+            for &item in self.items.of(unit) {
+                if waiting[item as usize] == all(item as usize) {
+                    live += self.bytes[item as usize];
+                }
+            }
+            peak = peak.max(live);
+            for &item in self.items.of(unit) {
+                waiting[item as usize] -= 1;
+                if waiting[item as usize] == 0 {
+                    live -= self.bytes[item as usize];
+                }
+            }
+        }
+        peak
+    }
+}
+
+/// Edges between units: of the dependencies, and between pinned units in recorded order.
+pub(super) fn edges(declaration: &Declaration, units: &Units, dependencies: &[Edge]) -> Vec<(u32, u32)> {
+    const NONE: u32 = u32::MAX;
+    let mut unit_of = vec![NONE; declaration.passes.len()];
+    for unit in 0..units.len() {
+        for &pass in units.unit(unit) {
+            unit_of[pass] = unit as u32;
+        }
+    }
+    let mut edges: Vec<(u32, u32)> = Vec::with_capacity(dependencies.len());
+    for edge in dependencies {
+        let pair = (unit_of[edge.from], unit_of[edge.to]);
+        // Dependencies between the same two passes stand together, so this drops nearly all repetitions.
+        if pair.0 != NONE && pair.1 != NONE && pair.0 != pair.1 && edges.last() != Some(&pair) {
+            edges.push(pair);
+        }
+    }
+    let mut pinned = (0..units.len()).filter(|&unit| units.unit(unit).iter().any(|&pass| declaration.passes[pass].pinned));
+    if let Some(mut last) = pinned.next() {
+        for unit in pinned {
+            edges.push((last as u32, unit as u32));
+            last = unit;
+        }
+    }
+    edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_keep_the_order_of_their_values() {
+        let rows = Rows::new(4, &[(2, 5), (0, 1), (2, 3), (3, 9)]);
+        assert_eq!([rows.of(0), rows.of(1), rows.of(2), rows.of(3)], [&[1][..], &[], &[5, 3], &[9]]);
+        assert_eq!(rows.len(), 4);
+    }
+}
