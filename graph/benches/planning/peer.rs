@@ -4,7 +4,7 @@ use lightloom_graph::{Declaration, Origin, PassKind, ResourceKind, Write, wgpu};
 use std::time::Instant;
 use zenfg::{
     BufferDesc, BufferRange, CompileOptions, FrameGraph, ImportBufferOptions, ImportTextureOptions, InitialContents, PassBuilder,
-    RootReason, TextureDesc, UsagePolicy, WriteContents,
+    RootReason, TextureDesc, TextureViewDesc, UsagePolicy, WriteContents,
 };
 
 /// What one compilation took.
@@ -18,12 +18,14 @@ pub struct Compiled {
 }
 
 enum Handle<'f> {
-    Texture(zenfg::Texture<'f>),
+    /// The texture, and what its accesses go through.
+    Texture(zenfg::Texture<'f>, zenfg::TextureTarget<'f>),
     Buffer(zenfg::Buffer<'f>),
 }
 
-/// Records and compiles `frame`. Every access is declared as the storage access it most resembles, all usages are inferred,
-/// and what outlives the frame is a root, as is what is kept.
+/// Records and compiles `frame`. Every access is declared as a sampled or storage access, all usages are inferred, and what
+/// outlives the frame is a root, as is what is kept. A storage access covers one mip, and a frame file does not say which, so
+/// accesses to textures with several go through a view of the first: as many accesses as ours.
 pub fn compile(frame: &Declaration) -> Compiled {
     let mut graph = FrameGraph::new();
     let started = Instant::now();
@@ -46,12 +48,19 @@ pub fn compile(frame: &Declaration) -> Compiled {
                         view_formats: desc.view_formats.clone(),
                         usage: UsagePolicy::Infer,
                     };
-                    Handle::Texture(if imported {
+                    let mips = desc.mip_level_count;
+                    let texture = if imported {
                         let options = ImportTextureOptions::new(InitialContents::Defined);
                         recording.import_texture(desc, options).expect("a sound texture")
                     } else {
                         recording.create_texture(desc).expect("a sound texture")
-                    })
+                    };
+                    if mips == 1 {
+                        return Handle::Texture(texture, texture.into());
+                    }
+                    let first = TextureViewDesc { mip_level_count: Some(1), ..TextureViewDesc::default() };
+                    let view = recording.create_texture_view(texture, first).expect("a sound view");
+                    Handle::Texture(texture, view.into())
                 }
                 ResourceKind::Buffer(_) => {
                     let desc = BufferDesc { label: resource.name.clone(), size: resource.bytes.max(4), usage: UsagePolicy::Infer };
@@ -81,7 +90,7 @@ pub fn compile(frame: &Declaration) -> Compiled {
     for ((resource, handle), written) in frame.resources.iter().zip(&handles).zip(written) {
         if written && (resource.origin != Origin::Transient || resource.keep) {
             match handle {
-                Handle::Texture(texture) => recording.mark_texture_root(*texture, RootReason::Output),
+                Handle::Texture(texture, _) => recording.mark_texture_root(*texture, RootReason::Output),
                 Handle::Buffer(buffer) => recording.mark_buffer_root(*buffer, BufferRange::whole(), RootReason::Output),
             }
             .expect("a sound root");
@@ -98,8 +107,8 @@ pub fn compile(frame: &Declaration) -> Compiled {
 fn declare<'f>(builder: &mut PassBuilder<'_, 'f>, handle: &Handle<'f>, read: bool, write: Write) {
     let contents = if read || write == Write::Keep { WriteContents::Preserve } else { WriteContents::Overwrite };
     match (handle, write == Write::No) {
-        (Handle::Texture(texture), true) => drop(builder.sampled_texture(*texture).expect("a sound read")),
-        (Handle::Texture(texture), false) => drop(builder.storage_texture_write(*texture, contents).expect("a sound write")),
+        (Handle::Texture(_, target), true) => drop(builder.sampled_texture(*target).expect("a sound read")),
+        (Handle::Texture(_, target), false) => drop(builder.storage_texture_write(*target, contents).expect("a sound write")),
         (Handle::Buffer(buffer), true) => {
             drop(builder.storage_buffer_read(*buffer, BufferRange::whole()).expect("a sound read"));
         }
