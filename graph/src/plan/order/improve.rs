@@ -48,18 +48,35 @@ struct Move {
     peak: (Bytes, isize),
 }
 
-/// A better order, or the same; and its peak. Touches at most about `budget` items.
-pub(super) fn improve(model: &Model, sequence: Vec<u32>, bound: Bytes, mut budget: usize) -> (Vec<u32>, Bytes) {
+/// What became of an order.
+#[derive(Debug)]
+pub(super) struct Improved {
+    pub(super) sequence: Vec<u32>,
+    /// The most in use at once.
+    pub(super) peak: Bytes,
+    /// Whether the effort ended before the moves did.
+    pub(super) spent: bool,
+}
+
+/// A better order, or the same. Looks at about `effort` units at most.
+pub(super) fn improve(model: &Model, sequence: Vec<u32>, bound: Bytes, effort: usize) -> Improved {
     let mut state = State::new(model, sequence);
+    let mut left = effort;
     loop {
         let (at, peak) = state.peak();
-        if peak <= bound || budget == 0 {
-            return (state.sequence, peak);
+        let done = |state: State<'_>, spent| Improved { sequence: state.sequence, peak, spent };
+        if peak <= bound {
+            return done(state, false);
         }
-        budget = budget.saturating_sub(state.sequence.len() / 8);
-        match state.best_move(at, &mut budget) {
+        // Finding the peak costs a look at all units, if a short one.
+        left = left.saturating_sub(state.sequence.len() / 8);
+        let best = state.best_move(at, &mut left);
+        if left == 0 {
+            return done(state, true);
+        }
+        match best {
             Some(best) => state.apply(&best),
-            None => return (state.sequence, peak),
+            None => return done(state, false),
         }
     }
 }
@@ -108,7 +125,7 @@ impl<'a> State<'a> {
         peak
     }
 
-    fn best_move(&mut self, at: usize, budget: &mut usize) -> Option<Move> {
+    fn best_move(&mut self, at: usize, left: &mut usize) -> Option<Move> {
         let mut idle: Vec<u32> = (0..self.model.bytes.len() as u32)
             .filter(|&item| self.first[item as usize] < at && at < self.last[item as usize])
             .filter(|&item| !self.model.items.of(self.sequence[at]).contains(&item))
@@ -123,7 +140,7 @@ impl<'a> State<'a> {
                 let follows = |&unit: &u32| self.model.next.of(unit).iter().map(|&next| self.position[next as usize]);
                 let limit = group.iter().flat_map(follows).filter(|&next| next > at).min().unwrap_or(self.sequence.len()) - 1;
                 for end in [limit, at] {
-                    self.try_move(&group, start, end, false, &mut best, budget);
+                    self.try_move(&group, start, end, false, &mut best, left);
                     if limit == at {
                         break;
                     }
@@ -135,13 +152,13 @@ impl<'a> State<'a> {
                 let leads = |&unit: &u32| self.model.previous.of(unit).iter().map(|&before| self.position[before as usize]);
                 let limit = group.iter().flat_map(leads).filter(|&before| before < at).max().map_or(0, |before| before + 1);
                 for start in [limit, at] {
-                    self.try_move(&group, start, end, true, &mut best, budget);
+                    self.try_move(&group, start, end, true, &mut best, left);
                     if limit == at {
                         break;
                     }
                 }
             }
-            if *budget == 0 {
+            if *left == 0 {
                 break;
             }
         }
@@ -198,10 +215,10 @@ impl<'a> State<'a> {
         end: usize,
         front: bool,
         best: &mut Option<Move>,
-        budget: &mut usize,
+        left: &mut usize,
     ) {
         // The side that need not be reached may be cut short; the group itself may not.
-        if end - start > REACH || *budget == 0 {
+        if end - start > REACH || *left == 0 {
             return;
         }
         for &unit in group {
@@ -216,7 +233,7 @@ impl<'a> State<'a> {
         }
         let mut lives = Vec::with_capacity(units.len());
         self.replay(start, &units, &mut lives);
-        *budget = budget.saturating_sub(units.len() * 4);
+        *left = left.saturating_sub(units.len() * 4);
         let old = self.live[start..=end].iter().copied().max().unwrap_or(0);
         let times = |lives: &[Bytes]| lives.iter().filter(|&&live| live == old).count() as isize;
         let peak = (lives.iter().copied().max().unwrap_or(0), times(&lives) - times(&self.live[start..=end]));

@@ -24,9 +24,11 @@ pub(super) fn schedule(model: &Model, direction: Direction) -> Vec<u32> {
     let mut blocked: Vec<u32> = (0..model.units).map(|unit| before.of(unit).len() as u32).collect();
     // What lives to the end is never freed forwards, and in use from the start backwards.
     let mut alive: Vec<bool> = model.kept.iter().map(|&kept| kept && !forward).collect();
-    let mut waiting: Vec<u32> = (0..model.bytes.len() as u32)
-        .map(|item| model.touching.of(item).len() as u32 + u32::from(forward && model.kept[item as usize]))
-        .collect();
+    let mut waiting: Vec<u32> = if forward {
+        model.uses.clone()
+    } else {
+        model.uses.iter().zip(&model.kept).map(|(uses, kept)| uses - u32::from(*kept)).collect()
+    };
     let mut done = vec![false; model.units as usize];
     let mut cost: Vec<Bytes> = (0..model.units)
         .map(|unit| {

@@ -5,10 +5,11 @@
 //!   for memory    A B b C c d       each is read as soon as it can be; the peak is what d needs anyway
 //! ```
 //!
-//! Finding the order of least peak is NP-hard (it is register allocation by another name), so a few orders are made and the
-//! best is kept: the recorded one, two of list scheduling (from the front and from the back), and what local moves make of
-//! them. No order is taken over the recorded one unless its peak is lower, so a frame that was recorded well stays as it is,
-//! and the result depends on nothing but the declaration.
+//! Finding the order of least peak is NP-hard (it is register allocation by another name). Frames are mostly recorded well, so
+//! local moves start from the recorded order ([`improve`]), and end where none lowers the peak. Where their effort is spent
+//! before that, the recorded order was far from good, and two of list scheduling ([`list`]) are tried as well, from the front
+//! and from the back, and improved in turn. No order is taken over the recorded one unless its peak is lower, and the result
+//! depends on nothing but the declaration.
 //!
 //! The nodes are units: passes that run as one render pass stay together. Pinned passes keep their recorded order among
 //! themselves by edges from each to the next.
@@ -38,7 +39,10 @@ pub(super) fn order(
     let recorded = recorded(units.len(), &edges).map_err(|unit| units.unit(unit as usize)[0])?;
     let sequence = match order {
         PassOrder::Recorded => recorded,
-        PassOrder::Memory => smallest(&Model::new(declaration, units, &edges), recorded),
+        PassOrder::Memory => match Model::new(declaration, units, &edges) {
+            Some(model) => smallest(&model, recorded),
+            None => recorded,
+        },
     };
     Ok(sequence.into_iter().map(|unit| unit as usize).collect())
 }
@@ -48,7 +52,7 @@ fn recorded(units: usize, edges: &[(u32, u32)]) -> Result<Vec<u32>, u32> {
     if edges.iter().all(|(from, to)| from < to) {
         return Ok((0..units as u32).collect());
     }
-    let next = Rows::new(units, edges);
+    let next = Rows::new(units, edges.iter().copied());
     let mut waiting = vec![0_u32; units];
     for &(_, to) in edges {
         waiting[to as usize] += 1;
@@ -73,20 +77,17 @@ fn recorded(units: usize, edges: &[(u32, u32)]) -> Result<Vec<u32>, u32> {
 /// The order of the smallest peak that was found; the recorded one unless another's is smaller.
 fn smallest(model: &Model, recorded: Vec<u32>) -> Vec<u32> {
     let bound = model.bound();
-    let mut best = (model.peak(&recorded), recorded);
-    let unchanged = best.0;
     let effort = (EFFORT * (model.items.len() + model.units as usize)).max(LEAST_EFFORT);
-    for direction in [Direction::Forward, Direction::Backward] {
-        if best.0 > bound {
-            let sequence = list::schedule(model, direction);
-            let peak = model.peak(&sequence);
-            if peak < best.0 {
-                best = (peak, sequence);
+    let mut best = improve::improve(model, recorded, bound, effort);
+    if best.spent {
+        for direction in [Direction::Forward, Direction::Backward] {
+            let found = improve::improve(model, list::schedule(model, direction), bound, effort);
+            if found.peak < best.peak {
+                best = found;
             }
         }
     }
-    let _ = unchanged;
-    if best.0 > bound { improve::improve(model, best.1, bound, effort).0 } else { best.1 }
+    best.sequence
 }
 
 #[cfg(test)]

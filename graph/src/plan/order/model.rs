@@ -3,8 +3,8 @@
 use super::super::{dependencies::Edge, merge::Units};
 use crate::declaration::{Declaration, Origin};
 
-/// Sums of bytes: sizes of 64 bits that come and go.
-pub(super) type Bytes = i128;
+/// Bytes that come and go. [`Model::new`] sees to it that no sum overflows.
+pub(super) type Bytes = i64;
 
 /// Rows of numbers, one row after the other.
 #[derive(Debug)]
@@ -15,20 +15,20 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Values by row; within a row, in the order of `pairs`.
-    pub(super) fn new(rows: usize, pairs: &[(u32, u32)]) -> Self {
+    pub(super) fn new(rows: usize, pairs: impl ExactSizeIterator<Item = (u32, u32)> + Clone) -> Self {
         // Counts, then a running sum: where each row begins. The second pass moves each start to its row's end, hence to the
         // next one's start, so all begin one place further on.
         let mut starts = vec![0_u32; rows + 2];
-        for (row, _) in pairs {
-            starts[*row as usize + 2] += 1;
+        for (row, _) in pairs.clone() {
+            starts[row as usize + 2] += 1;
         }
         for row in 2..starts.len() {
             starts[row] += starts[row - 1];
         }
         let mut values = vec![0; pairs.len()];
         for (row, value) in pairs {
-            let at = &mut starts[*row as usize + 1];
-            values[*at as usize] = *value;
+            let at = &mut starts[row as usize + 1];
+            values[*at as usize] = value;
             *at += 1;
         }
         starts.pop();
@@ -63,16 +63,20 @@ pub(super) struct Model {
     pub(super) bytes: Vec<Bytes>,
     /// Item to whether it lives to the end.
     pub(super) kept: Vec<bool>,
+    /// Item to its number of units, and one more if it lives to the end.
+    pub(super) uses: Vec<u32>,
 }
 
 impl Model {
-    /// The model of the passes that run.
-    pub(super) fn new(declaration: &Declaration, units: &Units, edges: &[(u32, u32)]) -> Self {
-        let reversed: Vec<(u32, u32)> = edges.iter().map(|&(from, to)| (to, from)).collect();
+    /// The model of the passes that run; `None` if all bytes together are more than can be counted.
+    pub(super) fn new(declaration: &Declaration, units: &Units, edges: &[(u32, u32)]) -> Option<Self> {
         const NONE: u32 = u32::MAX;
         // Per resource: its item, and the last unit that was seen to touch it.
         let mut item_of = vec![(NONE, NONE); declaration.resources.len()];
-        let (mut bytes, mut kept, mut touched, mut touching) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut bytes, mut kept, mut uses) = (Vec::new(), Vec::new(), Vec::new());
+        // (unit, item)
+        let mut touches: Vec<(u32, u32)> = Vec::with_capacity(4 * units.len());
+        let mut total: Bytes = 0;
         for unit in 0..units.len() {
             for access in units.unit(unit).iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
                 let (item, seen) = &mut item_of[access.resource];
@@ -86,50 +90,32 @@ impl Model {
                         continue;
                     }
                     *item = bytes.len() as u32;
-                    bytes.push(Bytes::from(resource.bytes));
+                    let size = Bytes::try_from(resource.bytes).ok()?;
+                    // Costs are differences of sums: half the range is left to them.
+                    total = total.checked_add(size).filter(|total| *total <= Bytes::MAX / 4)?;
+                    bytes.push(size);
                     kept.push(resource.keep);
+                    uses.push(u32::from(resource.keep));
                 }
-                touched.push((unit as u32, *item));
-                touching.push((*item, unit as u32));
+                uses[*item as usize] += 1;
+                touches.push((unit as u32, *item));
             }
         }
-        Self {
+        Some(Self {
             units: units.len() as u32,
-            next: Rows::new(units.len(), edges),
-            previous: Rows::new(units.len(), &reversed),
-            items: Rows::new(units.len(), &touched),
-            touching: Rows::new(bytes.len(), &touching),
+            next: Rows::new(units.len(), edges.iter().copied()),
+            previous: Rows::new(units.len(), edges.iter().map(|&(from, to)| (to, from))),
+            items: Rows::new(units.len(), touches.iter().copied()),
+            touching: Rows::new(bytes.len(), touches.iter().map(|&(unit, item)| (item, unit))),
             bytes,
             kept,
-        }
+            uses,
+        })
     }
 
     /// Bytes that no order can do without: the most that one unit touches.
     pub(super) fn bound(&self) -> Bytes {
         (0..self.units).map(|unit| self.items.of(unit).iter().map(|&item| self.bytes[item as usize]).sum()).max().unwrap_or(0)
-    }
-
-    /// The most in use at once.
-    pub(super) fn peak(&self, sequence: &[u32]) -> Bytes {
-        // Per item: how many touches are to come; a kept one has one more that never comes.
-        let all = |item: usize| self.touching.of(item as u32).len() as u32 + u32::from(self.kept[item]);
-        let mut waiting: Vec<u32> = (0..self.bytes.len()).map(all).collect();
-        let (mut live, mut peak) = (0, 0);
-        for &unit in sequence {
-            for &item in self.items.of(unit) {
-                if waiting[item as usize] == all(item as usize) {
-                    live += self.bytes[item as usize];
-                }
-            }
-            peak = peak.max(live);
-            for &item in self.items.of(unit) {
-                waiting[item as usize] -= 1;
-                if waiting[item as usize] == 0 {
-                    live -= self.bytes[item as usize];
-                }
-            }
-        }
-        peak
     }
 }
 
@@ -166,7 +152,7 @@ mod tests {
 
     #[test]
     fn rows_keep_the_order_of_their_values() {
-        let rows = Rows::new(4, &[(2, 5), (0, 1), (2, 3), (3, 9)]);
+        let rows = Rows::new(4, [(2, 5), (0, 1), (2, 3), (3, 9)].into_iter());
         assert_eq!([rows.of(0), rows.of(1), rows.of(2), rows.of(3)], [&[1][..], &[], &[5, 3], &[9]]);
         assert_eq!(rows.len(), 4);
     }

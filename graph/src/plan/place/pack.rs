@@ -12,8 +12,8 @@
 //!
 //! Optimal packing is NP-hard, so blocks are placed one after the other at the lowest offset that is free over their life, in
 //! several orders: by time, which leaves few holes where lives nest, and by size, which lets the small fill what the large
-//! leave. Then the order itself is improved: the block that would rise above the best height so far is placed earlier, and all
-//! again. That ends at the lower bound, or when the effort is spent. (This is "squeaky wheel" search; exact solvers were left
+//! leave. Then the orders are improved: the block that would not stay below the best height so far is placed first of all, and
+//! all again. That ends at the lower bound, or when the effort is spent. (This is "squeaky wheel" search; exact solvers were left
 //! out, since their time has no bound.)
 
 use std::cmp::Reverse;
@@ -31,10 +31,6 @@ pub(super) struct Block {
 }
 
 impl Block {
-    fn meets(&self, other: &Self) -> bool {
-        self.first <= other.last && other.first <= self.last
-    }
-
     fn duration(&self) -> u64 {
         (self.last - self.first) as u64 + 1
     }
@@ -48,11 +44,13 @@ pub(super) struct Packing {
 }
 
 /// Up to so many blocks, each is compared with all that were placed; beyond, only with those it meets.
-const FEW: usize = 256;
+const FEW: usize = 512;
 /// Beyond this many meetings per block, only the order of time is tried.
 const CROWD: usize = 512;
-/// How often the order is changed in search of a lower height, for few blocks; for many, in proportion less.
-const TRIALS: usize = 24;
+/// How many blocks are placed in search of a lower height: this many, and each once …
+const EFFORT: usize = 1024;
+/// … and so many times as many while the height is more than a hundredth above the bound.
+const MORE: usize = 3;
 
 /// Packs blocks sorted by their first position.
 pub(super) fn pack(blocks: &[Block]) -> Packing {
@@ -69,34 +67,39 @@ pub(super) fn pack(blocks: &[Block]) -> Packing {
         |block| (block.bytes.saturating_mul(block.duration()), block.bytes),
         |block| (block.duration(), block.bytes),
     ];
-    let mut orders: Vec<Vec<u32>> = Vec::with_capacity(keys.len() + 1);
-    for key in keys {
-        let mut order = by_time.clone();
-        order.sort_by_key(|&block| Reverse(key(&blocks[block as usize])));
-        orders.push(order);
-    }
-    orders.push(by_time);
-    let trials = (TRIALS * FEW / blocks.len()).clamp(2, TRIALS);
-    for order in &mut orders {
-        for _ in 0..trials {
-            match packer.place(order, best.height) {
+    let mut orders: [Vec<u32>; 4] = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
+    let (mut spent, enough) = (0, EFFORT + blocks.len());
+    loop {
+        for (which, order) in orders.iter_mut().enumerate() {
+            if order.is_empty() {
+                order.clone_from(&by_time);
+                if let Some(key) = keys.get(which) {
+                    order.sort_by_key(|&block| Reverse(key(&blocks[block as usize])));
+                }
+            }
+            let placed = match packer.place(order, best.height) {
                 Ok(height) => {
                     best = Packing { offsets: packer.offsets.clone(), height };
-                    if height <= bound {
-                        return best;
-                    }
+                    blocks.len()
                 }
-                Err(0) => break,
-                Err(at) => order[at / 2..=at].rotate_right(1),
+                Err(at) => {
+                    order[..=at].rotate_right(1);
+                    at + 1
+                }
+            };
+            spent += placed;
+            let near = best.height - bound <= bound / 100;
+            if best.height <= bound || spent >= enough * if near { 1 } else { MORE } {
+                return best;
             }
         }
     }
-    best
 }
 
-/// The most alive at once: no packing is lower.
+/// The most alive at once, each block filled up to its alignment: no packing is lower by more than one such filling.
 fn bound(blocks: &[Block]) -> u64 {
-    let mut ends: Vec<(usize, u64)> = blocks.iter().map(|block| (block.last, block.bytes)).collect();
+    let filled = |block: &Block| block.bytes.checked_next_multiple_of(block.align).unwrap_or(u64::MAX);
+    let mut ends: Vec<(usize, u64)> = blocks.iter().map(|block| (block.last, filled(block))).collect();
     ends.sort_unstable();
     let (mut live, mut bound, mut ended) = (0_u128, 0_u128, 0);
     for block in blocks {
@@ -104,7 +107,7 @@ fn bound(blocks: &[Block]) -> u64 {
             live -= u128::from(ends[ended].1);
             ended += 1;
         }
-        live += u128::from(block.bytes);
+        live += u128::from(filled(block));
         bound = bound.max(live);
     }
     u64::try_from(bound).unwrap_or(u64::MAX)
@@ -143,13 +146,22 @@ fn in_order_of_time(blocks: &[Block], by_time: &[u32]) -> Packing {
     Packing { offsets, height }
 }
 
+/// A block that was placed.
+#[derive(Clone, Copy, Debug)]
+struct Lying {
+    offset: u64,
+    end: u64,
+    first: usize,
+    last: usize,
+}
+
 /// Places blocks in any order.
 #[derive(Debug)]
 struct Packer<'a> {
     blocks: &'a [Block],
     offsets: Vec<u64>,
-    /// Few blocks: those placed, by offset, with the end.
-    placed: Vec<(u64, u64, u32)>,
+    /// Few blocks: those placed, by offset.
+    placed: Vec<Lying>,
     /// Many blocks: those each meets; where each one's begin.
     meetings: Vec<u32>,
     starts: Vec<usize>,
@@ -208,8 +220,8 @@ impl<'a> Packer<'a> {
         for (at, &index) in order.iter().enumerate() {
             let block = &self.blocks[index as usize];
             let offset = if self.starts.is_empty() {
-                let meeting = self.placed.iter().filter(|(_, _, other)| self.blocks[*other as usize].meets(block));
-                gap(meeting.map(|&(offset, end, _)| (offset, end)), block)
+                let meets = |other: &&Lying| other.first <= block.last && block.first <= other.last;
+                gap(self.placed.iter().filter(meets).map(|other| (other.offset, other.end)), block)
             } else {
                 let others = &self.meetings[self.starts[index as usize]..self.starts[index as usize + 1]];
                 taken.clear();
@@ -227,8 +239,8 @@ impl<'a> Packer<'a> {
             height = height.max(end);
             self.offsets[index as usize] = offset;
             if self.starts.is_empty() {
-                let place = self.placed.partition_point(|&(other, ..)| other < offset);
-                self.placed.insert(place, (offset, end, index));
+                let place = self.placed.partition_point(|other| other.offset < offset);
+                self.placed.insert(place, Lying { offset, end, first: block.first, last: block.last });
             }
         }
         Ok(height)

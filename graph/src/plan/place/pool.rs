@@ -20,7 +20,7 @@ use crate::{
 use std::{
     cmp::Reverse,
     collections::{BinaryHeap, HashMap},
-    hash::Hash,
+    hash::{BuildHasherDefault, Hash, Hasher},
 };
 
 /// Each its own object.
@@ -97,7 +97,7 @@ impl Room {
 /// Items by key, in order of the first of each.
 fn groups<'a, K: Hash + Eq>(items: impl Iterator<Item = &'a Item>, key: impl Fn(&'a Item) -> K) -> Vec<Vec<&'a Item>> {
     let mut groups: Vec<Vec<&Item>> = Vec::new();
-    let mut index: HashMap<K, usize> = HashMap::new();
+    let mut index: HashMap<K, usize, BuildHasherDefault<Mix>> = HashMap::with_capacity_and_hasher(64, BuildHasherDefault::default());
     for item in items {
         let group = *index.entry(key(item)).or_insert(groups.len());
         if group == groups.len() {
@@ -108,8 +108,43 @@ fn groups<'a, K: Hash + Eq>(items: impl Iterator<Item = &'a Item>, key: impl Fn(
     groups
 }
 
+/// Hashes descriptions: a few small numbers that nobody chooses against us, so a multiplication for each will do.
+#[derive(Default)]
+struct Mix(u64);
+
+impl Hasher for Mix {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.write_u64(byte.into());
+        }
+    }
+
+    fn write_u32(&mut self, word: u32) {
+        self.write_u64(word.into());
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23);
+    }
+
+    fn write_usize(&mut self, word: usize) {
+        self.write_u64(word as u64);
+    }
+
+    fn write_isize(&mut self, word: isize) {
+        self.write_u64(word as u64);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
 /// Items by first use; each takes the object that has been free longest.
 fn in_turn(items: Vec<&Item>) -> Vec<Lot<'_>> {
+    if let [item] = items[..] {
+        return vec![Lot::object(item)];
+    }
     let mut lots: Vec<Lot<'_>> = Vec::new();
     // Last positions of lots, with the lots; earliest first.
     let mut ends: BinaryHeap<Reverse<(usize, usize)>> = BinaryHeap::new();
