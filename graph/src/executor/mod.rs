@@ -210,7 +210,7 @@ impl Executor {
         self.gate.alive()?;
         graph.check()?;
         let started = Instant::now();
-        let options = PlanOptions::default().sharing(self.sharing);
+        let options = PlanOptions { whole_objects: true, ..PlanOptions::default().sharing(self.sharing) };
         let planned = self.plans.get(&graph.declaration, options)?;
         let plan_us = started.elapsed().as_secs_f64() * 1e6;
         let graph_id = graph.id;

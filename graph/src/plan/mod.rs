@@ -27,6 +27,8 @@ pub struct PlanOptions {
     pub order: PassOrder,
     /// Whether attachments that never leave their render pass take transient memory (the adapter has such).
     pub transient_attachments: bool,
+    /// Whether [`Sharing::Merged`] does without arenas and merged descriptions, for an executor that makes neither.
+    pub(crate) whole_objects: bool,
 }
 
 impl PlanOptions {
@@ -175,7 +177,11 @@ pub fn plan_with_needs(
     let live_bytes = lifetimes::live_bytes(declaration, &lifetimes, order.len());
     let usages = usages(declaration, &order);
     let items = place::items(declaration, &lifetimes, &usages);
-    let merged = place::merged(declaration, &order, &steps, &items);
+    let merged = if options.whole_objects {
+        place::equal(declaration, &items)
+    } else {
+        place::merged(declaration, &order, &steps, &items)
+    };
     let heaps = place::heaps(declaration, &items, needs);
     let mut memory = Memory {
         unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),

@@ -6,6 +6,7 @@
 mod execution;
 mod frames;
 mod planning;
+mod properties;
 mod refusals;
 mod sharing;
 

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::declaration::{Declaration, ResourceKind};
 pub(super) use heap::heaps;
-pub(super) use pool::{alone, exact};
+pub(super) use pool::{alone, equal, exact};
 use std::ops::Range;
 
 /// One object and the transient resources it holds.

@@ -74,7 +74,7 @@ pub(super) fn pack(blocks: &[Block]) -> Packing {
             if order.is_empty() {
                 order.clone_from(&by_time);
                 if let Some(key) = keys.get(which) {
-                    order.sort_by_key(|&block| Reverse(key(&blocks[block as usize])));
+                    order.sort_by_cached_key(|&block| Reverse(key(&blocks[block as usize])));
                 }
             }
             let placed = match packer.place(order, best.height) {
@@ -88,7 +88,7 @@ pub(super) fn pack(blocks: &[Block]) -> Packing {
                 }
             };
             spent += placed;
-            let near = best.height - bound <= bound / 100;
+            let near = best.height.saturating_sub(bound) <= bound / 100;
             if best.height <= bound || spent >= enough * if near { 1 } else { MORE } {
                 return best;
             }

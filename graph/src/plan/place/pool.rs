@@ -28,6 +28,12 @@ pub(in super::super) fn alone(items: &[Item]) -> Vec<Lot<'_>> {
     items.iter().map(Lot::object).collect()
 }
 
+/// One object for resources of equal description.
+pub(in super::super) fn equal<'a>(declaration: &'a Declaration, items: &'a [Item]) -> Vec<Lot<'a>> {
+    let groups = groups(items.iter(), |item| (texture(declaration, item), words(item)));
+    groups.into_iter().flat_map(in_turn).collect()
+}
+
 /// One object for resources of equal description and usages.
 pub(in super::super) fn exact<'a>(declaration: &'a Declaration, items: &'a [Item]) -> Vec<Lot<'a>> {
     let groups = groups(items.iter(), |item| (texture(declaration, item), words(item), item.usage));
