@@ -82,3 +82,33 @@ pub(super) fn schedule(model: &Model, direction: Direction) -> Vec<u32> {
     }
     sequence
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{cull, dependencies, merge};
+    use super::{super::model::Nodes, *};
+    use crate::Declaration;
+
+    #[test]
+    fn both_directions_end_one_chain_before_the_next_begins() {
+        let mut resources = vec![r#"{"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4}"#.to_owned()];
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for chain in 0..4 {
+            resources.push(format!(r#"{{"name": "r{chain}", "kind": "buffer", "origin": "transient", "bytes": 100}}"#));
+            first.push(format!(r#"{{"name": "w{chain}", "kind": "compute", "writes": [{{"resource": "r{chain}"}}]}}"#));
+            second.push(format!(
+                r#"{{"name": "u{chain}", "kind": "compute", "reads": ["r{chain}"], "writes": [{{"resource": "out", "preserve": true}}]}}"#
+            ));
+        }
+        first.append(&mut second);
+        let (resources, passes) = (resources.join(","), first.join(","));
+        let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{passes}]}}"#);
+        let declaration = Declaration::from_frame_json(&frame).unwrap();
+        let edges = dependencies::dependencies(&declaration);
+        let units = merge::merge(&declaration, &cull::cull(&declaration, &edges).0);
+        let model = Model::new(&declaration, &units, &Nodes::new(&declaration, &units, &edges)).unwrap();
+        // The consumers add to one result, so they keep their order.
+        assert_eq!(schedule(&model, Direction::Forward), [0, 4, 1, 5, 2, 6, 3, 7]);
+        assert_eq!(schedule(&model, Direction::Backward), [0, 4, 1, 5, 2, 6, 3, 7]);
+    }
+}

@@ -123,4 +123,68 @@ mod tests {
     fn double_edges_count_twice_on_both_sides() {
         assert_eq!(order(&[true; 2], &[edge(1, 0), edge(1, 0)]), Ok(vec![1, 0]));
     }
+
+    /// The order of a frame of buffers of these bytes, the last of them imported; a pass is what it reads and writes.
+    fn for_memory(bytes: &[u64], passes: &[(&[usize], &[usize])], pinned: &[usize]) -> Vec<usize> {
+        let name = |resource: &usize| format!("r{resource}");
+        let resources: Vec<serde_json::Value> = (0..bytes.len())
+            .map(|at| {
+                let origin = if at + 1 == bytes.len() { "imported" } else { "transient" };
+                serde_json::json!({"name": name(&at), "kind": "buffer", "origin": origin, "bytes": bytes[at]})
+            })
+            .collect();
+        let passes: Vec<serde_json::Value> = (0..)
+            .zip(passes)
+            .map(|(at, (reads, writes))| {
+                let reads: Vec<String> = reads.iter().map(name).collect();
+                let imported = |&write: &usize| write + 1 == bytes.len();
+                let writes: Vec<serde_json::Value> =
+                    writes.iter().map(|write| serde_json::json!({"resource": name(write), "preserve": imported(write)})).collect();
+                serde_json::json!({"name": format!("p{at}"), "kind": "compute", "reads": reads, "writes": writes})
+            })
+            .collect();
+        let frame = serde_json::json!({"frame": "f", "resources": resources, "passes": passes});
+        let mut declaration = Declaration::from_frame_json(&frame.to_string()).unwrap();
+        for &pass in pinned {
+            declaration.passes[pass].pinned = true;
+        }
+        super::super::plan(&declaration, &super::super::PlanOptions::default()).unwrap().order
+    }
+
+    /// Two producers, then their two consumers.
+    const PAIRS: [(&[usize], &[usize]); 4] = [(&[], &[0]), (&[], &[1]), (&[0], &[2]), (&[1], &[2])];
+
+    #[test]
+    fn producers_move_to_their_consumers() {
+        assert_eq!(for_memory(&[10, 10, 1], &PAIRS, &[]), [0, 2, 1, 3]);
+    }
+
+    #[test]
+    fn pinned_passes_keep_their_order() {
+        assert_eq!(for_memory(&[10, 10, 1], &PAIRS, &[1, 2]), [0, 1, 2, 3], "1 before 2, which is where 2 was to go");
+        assert_eq!(for_memory(&[10, 10, 1], &PAIRS, &[1]), [0, 2, 1, 3], "one alone may move");
+    }
+
+    #[test]
+    fn an_order_that_saves_nothing_is_not_taken() {
+        // The two must meet in the last pass, whichever comes first.
+        let passes: [(&[usize], &[usize]); 3] = [(&[], &[0]), (&[], &[1]), (&[1, 0], &[2])];
+        assert_eq!(for_memory(&[10, 1, 1], &passes, &[]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_culled_pass_keeps_apart_what_it_stood_between() {
+        // 2 would overwrite what 1 reads, and is culled, since 3 overwrites it again: 3 must still come after 1. Without that,
+        // 3 and 4 would come first, and the large buffer of 0 after them.
+        let passes: [(&[usize], &[usize]); 6] =
+            [(&[], &[0, 1]), (&[0, 1], &[3]), (&[], &[0]), (&[], &[0, 2]), (&[2], &[3]), (&[0], &[3])];
+        let order = for_memory(&[10, 1, 50, 1], &passes, &[]);
+        let at = |pass: usize| order.iter().position(|&other| other == pass);
+        assert!(at(2).is_none() && at(1) < at(3), "{order:?}");
+    }
+
+    #[test]
+    fn sizes_that_cannot_be_counted_leave_the_order_as_it_is() {
+        assert_eq!(for_memory(&[u64::MAX, u64::MAX, 1], &PAIRS, &[]), [0, 1, 2, 3]);
+    }
 }

@@ -168,3 +168,84 @@ impl Uses {
         &self.uses[self.starts[index]..self.starts[index + 1]]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{Plan, PlanOptions, SlotKind, plan};
+    use crate::{Declaration, declaration::PassKind};
+
+    /// Buffers `r0`, `r1`, … of these bytes, and passes by what they read and write; `out` is imported and added to by all.
+    fn frame(bytes: &[u64], passes: &[(&[usize], &[usize])]) -> Declaration {
+        let name = |resource: &usize| format!("r{resource}");
+        let mut resources = vec![serde_json::json!({"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4})];
+        resources.extend((0..bytes.len()).map(|at| {
+            serde_json::json!({"name": name(&at), "kind": "buffer", "origin": "transient", "bytes": bytes[at]})
+        }));
+        let passes: Vec<serde_json::Value> = (0..)
+            .zip(passes)
+            .map(|(at, (reads, writes))| {
+                let reads: Vec<String> = reads.iter().map(name).collect();
+                let mut writes: Vec<_> = writes.iter().map(|write| serde_json::json!({"resource": name(write)})).collect();
+                writes.push(serde_json::json!({"resource": "out", "preserve": true}));
+                serde_json::json!({"name": format!("p{at}"), "kind": "compute", "reads": reads, "writes": writes})
+            })
+            .collect();
+        let frame = serde_json::json!({"frame": "f", "resources": resources, "passes": passes});
+        Declaration::from_frame_json(&frame.to_string()).unwrap()
+    }
+
+    fn planned(declaration: &Declaration) -> Plan {
+        plan(declaration, &PlanOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn what_is_read_in_a_ring_of_three_takes_three_arenas() {
+        // Each pair of the three meets in a step that reads one and writes the other.
+        let plan = planned(&frame(&[512, 512, 512], &[(&[], &[0]), (&[0], &[1]), (&[0, 1], &[2]), (&[2], &[])]));
+        assert_eq!(plan.slots.len(), 3, "{:?}", plan.slots);
+        assert!(plan.slots.iter().all(|slot| slot.kind == SlotKind::Arena), "{:?}", plan.slots);
+    }
+
+    #[test]
+    fn what_one_step_writes_lies_in_one_arena() {
+        let plan = planned(&frame(&[512, 300, 512], &[(&[], &[0, 1, 2]), (&[0, 1, 2], &[])]));
+        assert_eq!(plan.slots.len(), 1, "{:?}", plan.slots);
+        assert_eq!((plan.offsets[1], plan.offsets[2], plan.offsets[3]), (Some(0), Some(1024), Some(512)));
+        assert_eq!(plan.memory.pooled_bytes, 1324);
+    }
+
+    #[test]
+    fn copies_and_stores_of_one_step_lie_apart() {
+        let mut declaration = frame(&[512, 512], &[(&[], &[0, 1]), (&[0, 1], &[])]);
+        let copy = wgpu::BufferUsages::COPY_DST.bits();
+        declaration.passes[0].accesses.iter_mut().find(|access| access.resource == 2).unwrap().usage = copy;
+        assert_eq!(planned(&declaration).slots.len(), 2);
+    }
+
+    #[test]
+    fn closures_and_what_is_too_large_have_objects_of_their_own() {
+        let passes: [(&[usize], &[usize]); 3] = [(&[], &[0, 1, 2]), (&[0], &[]), (&[1, 2], &[])];
+        let mut declaration = frame(&[512, 512, super::LARGEST_ARENA + 4], &passes);
+        declaration.passes[1].kind = PassKind::Closure;
+        let plan = planned(&declaration);
+        let kind = |resource: usize| plan.slots[plan.slot_of[resource].unwrap()].kind;
+        assert_eq!([kind(1), kind(2), kind(3)], [SlotKind::Object, SlotKind::Arena, SlotKind::Object]);
+    }
+
+    #[test]
+    fn an_arena_that_would_be_too_large_is_two() {
+        let half = super::LARGEST_ARENA / 2 + 256;
+        let plan = planned(&frame(&[half, half], &[(&[], &[0, 1]), (&[0, 1], &[])]));
+        let arenas: Vec<u64> = plan.slots.iter().filter(|slot| slot.kind == SlotKind::Arena).map(|slot| slot.bytes).collect();
+        assert_eq!(arenas, [half, half]);
+    }
+
+    #[test]
+    fn objects_are_taken_where_arenas_would_take_more() {
+        // The second large one may not lie where the first was, since its writer reads what lies there now.
+        let passes: [(&[usize], &[usize]); 5] = [(&[], &[0]), (&[0], &[]), (&[], &[1]), (&[1], &[2]), (&[2], &[])];
+        let plan = planned(&frame(&[1024, 4, 1024], &passes));
+        assert!(plan.slots.iter().all(|slot| slot.kind == SlotKind::Object), "{:?}", plan.slots);
+        assert_eq!(plan.memory.pooled_bytes, 1024 + 4);
+    }
+}

@@ -266,4 +266,51 @@ mod tests {
         assert_eq!(gap(&[(0, 900), (256, 300)], 10), 1024, "a range inside another moves nothing back");
         assert_eq!(gap(&[(0, u64::MAX)], 1), u64::MAX, "saturates");
     }
+
+    #[test]
+    fn blocks_whose_lives_are_apart_share_an_offset() {
+        let packing = pack(&[block(0, 1, 512), block(1, 2, 256), block(2, 3, 512)]);
+        assert_eq!(packing, Packing { offsets: vec![0, 512, 0], height: 768 });
+        assert_eq!(pack(&[]), Packing { offsets: vec![], height: 0 });
+    }
+
+    #[test]
+    fn what_the_order_of_time_cannot_do_another_does() {
+        // By time, the two small ones of the beginning lie below, and the large one of the end finds no gap between them.
+        let blocks = [block(0, 1, 1024), block(0, 3, 512), block(2, 3, 256), block(2, 5, 768), block(4, 5, 768)];
+        let by_time: Vec<u32> = (0..5).collect();
+        let bound = bound(&blocks);
+        assert_eq!(bound, 1536);
+        assert!(in_order_of_time(&blocks, &by_time).height > bound, "the example shows something");
+        assert_eq!(pack(&blocks).height, bound);
+    }
+
+    #[test]
+    fn many_blocks_are_packed_as_soundly_as_few() {
+        let mut state = 1_u64;
+        let mut below = |n: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) % n
+        };
+        let mut blocks: Vec<Block> = (0..2 * FEW)
+            .map(|_| {
+                let first = below(2000) as usize;
+                Block { first, last: first + below(40) as usize, bytes: 1 + below(100_000), align: 256 << below(3) }
+            })
+            .collect();
+        blocks.sort_by_key(|block| block.first);
+        for blocks in [&blocks[..], &blocks[..FEW / 2]] {
+            let packing = pack(blocks);
+            for (n, a) in blocks.iter().enumerate() {
+                let offset = packing.offsets[n];
+                assert!(offset % a.align == 0 && offset + a.bytes <= packing.height, "aligned and inside");
+                for (b, &other) in blocks[..n].iter().zip(&packing.offsets) {
+                    let meet = a.first <= b.last && b.first <= a.last;
+                    assert!(!meet || offset + a.bytes <= other || other + b.bytes <= offset, "{a:?} and {b:?} overlap");
+                }
+            }
+            let ratio = packing.height as f64 / bound(blocks) as f64;
+            assert!(ratio < 1.1, "{ratio} times the least");
+        }
+    }
 }

@@ -198,3 +198,40 @@ fn largest_first<'a>(mut items: Vec<&'a Item>, room: impl Fn(&Item) -> Room) -> 
     }
     lots
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{Plan, PlanOptions, plan};
+    use crate::Declaration;
+
+    /// Textures of these (mips, layers), each written by one pass and read by the next, which lets it go.
+    fn one_after_the_other(shapes: &[(u32, u32)]) -> Plan {
+        let mut resources = vec![r#"{"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4}"#.to_owned()];
+        let mut passes = Vec::new();
+        for (at, (mips, layers)) in shapes.iter().enumerate() {
+            resources.push(format!(
+                r#"{{"name": "r{at}", "kind": "texture", "origin": "transient", "format": "r32float", "size": [64, 64, {layers}], "mips": {mips}}}"#
+            ));
+            passes.push(format!(r#"{{"name": "w{at}", "kind": "compute", "writes": [{{"resource": "r{at}"}}]}}"#));
+            passes.push(format!(
+                r#"{{"name": "u{at}", "kind": "compute", "reads": ["r{at}"], "writes": [{{"resource": "out", "preserve": true}}]}}"#
+            ));
+        }
+        let (resources, passes) = (resources.join(","), passes.join(","));
+        let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{passes}]}}"#);
+        plan(&Declaration::from_frame_json(&frame).unwrap(), &PlanOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn a_texture_serves_those_with_fewer_mips_or_layers() {
+        let plan = one_after_the_other(&[(1, 1), (4, 2), (2, 1), (1, 2)]);
+        assert_eq!(plan.slots.len(), 1, "{:?}", plan.slots);
+        assert_eq!(plan.slots[0].resources, [1, 2, 3, 4]);
+        assert_eq!(plan.memory.pooled_bytes, 2 * 4 * (64 * 64 + 32 * 32 + 16 * 16 + 8 * 8), "as large as the largest");
+    }
+
+    #[test]
+    fn of_two_textures_that_each_have_more_of_something_neither_serves_the_other() {
+        assert_eq!(one_after_the_other(&[(4, 1), (1, 4)]).slots.len(), 2);
+    }
+}
