@@ -177,6 +177,8 @@ pub struct Access {
     pub attachment: Option<Attachment>,
     /// wgpu usage bits, of `TextureUsages` or `BufferUsages`.
     pub(crate) usage: u32,
+    /// Whether wgpu takes it for a write although it only reads: a `read_write` variable that the shader never stores to.
+    pub(crate) exclusive: bool,
 }
 
 /// Where a raster pass attaches a texture.
@@ -204,7 +206,16 @@ pub enum Write {
 impl Access {
     /// An access to the whole of `resource`.
     pub(crate) fn new(resource: usize, binding: impl Into<Arc<str>>, read: bool, write: Write, usage: u32) -> Self {
-        Self { resource, binding: binding.into(), read, write, part: Subresources::ALL, attachment: None, usage }
+        Self {
+            resource,
+            binding: binding.into(),
+            read,
+            write,
+            part: Subresources::ALL,
+            attachment: None,
+            usage,
+            exclusive: false,
+        }
     }
 
     /// Whether it writes at all.

@@ -62,6 +62,11 @@ pub(crate) struct Binding {
 }
 
 impl Binding {
+    /// Whether WGSL declares the buffer `read_write`, whatever the entry point does with it.
+    pub(crate) fn is_read_write(&self) -> bool {
+        matches!(self.kind, BindingKind::Storage { read_only: false, .. })
+    }
+
     /// The WGSL declaration in words.
     pub(crate) fn describe(&self) -> String {
         match &self.kind {

@@ -12,13 +12,6 @@ pub struct Lifetime {
     pub last: usize,
 }
 
-impl Lifetime {
-    /// Whether both are in use at some position.
-    pub(super) fn overlaps(self, other: Self) -> bool {
-        self.first <= other.last && other.first <= self.last
-    }
-}
-
 /// Per resource its lifetime; `None` if no pass that runs uses it.
 ///
 /// A step runs as one, so what it uses is in use from its first position to its last.

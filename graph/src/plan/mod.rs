@@ -178,23 +178,25 @@ pub fn plan_with_needs(
     if options.transient_attachments {
         merge::transient_attachments(declaration, &lifetimes, &steps, &mut usages);
     }
-    let merged = place::pool(declaration, &lifetimes, &usages, Sharing::Merged);
-    let heap = place::heap(declaration, &lifetimes, &usages, needs);
+    let items = place::items(declaration, &lifetimes, &usages);
+    let merged = place::merged(declaration, &order, &steps, &items);
+    let heaps = place::heaps(declaration, &items, needs);
     let mut memory = Memory {
         unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),
         peak_live_bytes: recorded.iter().copied().max().unwrap_or(0),
         ordered_peak_live_bytes: live_bytes.iter().copied().max().unwrap_or(0),
-        pooled_bytes: merged.bytes(),
-        placed_bytes: heap.bytes(),
+        pooled_bytes: place::bytes(&merged),
+        placed_bytes: place::bytes(&heaps),
         allocated_bytes: 0,
     };
-    let placed = match options.sharing {
+    let lots = match options.sharing {
+        Sharing::Off => place::alone(&items),
+        Sharing::Exact => place::exact(declaration, &items),
         Sharing::Merged => merged,
-        Sharing::Placed => heap,
-        other => place::pool(declaration, &lifetimes, &usages, other),
+        Sharing::Placed => heaps,
     };
-    memory.allocated_bytes = placed.bytes();
-    let place::Placed { slots, slot_of, offsets } = placed;
+    memory.allocated_bytes = place::bytes(&lots);
+    let place::Placed { slots, slot_of, offsets } = place::Placed::new(declaration, lots);
     Ok(Plan { order, steps, culled, lifetimes, slots, slot_of, offsets, live_bytes, memory, usages })
 }
 

@@ -294,6 +294,7 @@ impl Check<'_> {
                     bound,
                     Some(Access {
                         part,
+                        exclusive: !self.binding.writes && self.binding.is_read_write(),
                         ..Access::new(*index, Arc::clone(&self.binding.name), self.binding.reads, write, usage)
                     }),
                 ))

@@ -181,8 +181,9 @@ fn a_shipped_renderers_frame_meets_its_numbers() {
     );
     assert_eq!(mib(memory.unshared_bytes), 354.2);
     assert_eq!(mib(memory.peak_live_bytes), 134.7);
-    assert!(memory.pooled_bytes < memory.unshared_bytes, "sharing saves memory");
-    assert!(memory.placed_bytes >= memory.peak_live_bytes && memory.placed_bytes <= memory.pooled_bytes, "{memory:?}");
+    assert!(mib(memory.pooled_bytes) <= 224.0, "sharing saves memory: {memory:?}");
+    // Ordering wins back what packing loses: the frame fits where in recorded order not even its live bytes would leave room.
+    assert!(memory.placed_bytes >= memory.ordered_peak_live_bytes && memory.placed_bytes <= memory.peak_live_bytes, "{memory:?}");
     let off = lightloom_graph::plan(&declaration, &PlanOptions::default().sharing(Sharing::Off)).unwrap();
     assert_eq!(off.memory.allocated_bytes, off.memory.unshared_bytes);
 }

@@ -7,6 +7,7 @@ mod execution;
 mod features;
 mod frames;
 mod planning;
+mod properties;
 mod refusals;
 mod reload;
 mod sharing;

@@ -1,0 +1,153 @@
+//! Planning beside zenfg: the same frames in the same run.
+//!
+//! ```text
+//! cargo bench --manifest-path graph/benches/Cargo.toml --ignore-rust-version [-- FRAME.json …] [-- --quality]
+//! ```
+//!
+//! Times are medians (µs), bytes are MiB. `plan` is a cold plan, all phases; `cached` is what it costs to know a frame again
+//! (hash and equality of its declaration); `zenfg` is its `compile`, which includes validation, culling, and its pool;
+//! `+record` adds its recording, which our declarations are made by beforehand. zenfg is given the same resources, passes,
+//! accesses and roots.
+//!
+//! `--quality` plans some hundred random frames instead, and reports how far placements are above the lower bound.
+
+mod frames;
+mod peer;
+
+use lightloom_graph::{Declaration, Memory, PassOrder, PlanOptions, plan};
+use std::{
+    hash::{DefaultHasher, Hash, Hasher},
+    hint::black_box,
+    time::Instant,
+};
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    if arguments.iter().any(|argument| argument == "--quality") {
+        return quality();
+    }
+    let mut frames: Vec<Declaration> = Vec::new();
+    for path in &arguments {
+        match std::fs::read_to_string(path).map_err(|error| error.to_string()).and_then(|json| {
+            Declaration::from_frame_json(&json).map_err(|error| error.to_string())
+        }) {
+            Ok(frame) => frames.push(frame),
+            Err(error) => {
+                eprintln!("{path}: {error}");
+                std::process::exit(1);
+            }
+        }
+    }
+    if frames.is_empty() {
+        frames = frames::shipped();
+    }
+    println!(
+        "{:<28} {:>6} {:>8} | {:>8} {:>6} {:>8} {:>8} {:>6} {:>7} | {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "frame",
+        "passes",
+        "accesses",
+        "plan",
+        "cached",
+        "zenfg",
+        "+record",
+        "plan ×",
+        "cached ×",
+        "unshared",
+        "live",
+        "ordered",
+        "pooled",
+        "placed",
+        "zenfg"
+    );
+    for frame in &frames {
+        row(frame);
+    }
+}
+
+fn row(frame: &Declaration) {
+    let accesses: usize = frame.passes.iter().map(|pass| pass.accesses.len()).sum();
+    let size = frame.passes.len() + accesses;
+    let runs = (200_000 / size).clamp(5, 401);
+    let options = PlanOptions::default();
+    let memory = plan(frame, &options).expect("frames here are sound").memory;
+    let copy = frame.clone();
+    let ours = median(runs, || elapsed(|| plan(black_box(frame), &options).is_ok()));
+    let cached = median(runs, || elapsed(|| know_again(black_box(frame), black_box(&copy))));
+    let theirs = peer::compile(frame);
+    let mut both = Vec::new();
+    let compile = median(runs.min(101), || {
+        let times = peer::compile(frame);
+        both.push(times.record_us + times.compile_us);
+        times.compile_us
+    });
+    both.sort_by(f64::total_cmp);
+    let mib = |bytes: u64| format!("{:.1}", bytes as f64 / f64::from(1 << 20));
+    println!(
+        "{:<28} {:>6} {:>8} | {:>8.1} {:>6.1} {:>8.1} {:>8.1} {:>6.3} {:>7.4} | {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        frame.name.chars().take(28).collect::<String>(),
+        frame.passes.len(),
+        accesses,
+        ours,
+        cached,
+        compile,
+        both[both.len() / 2],
+        ours / compile,
+        cached / compile,
+        mib(memory.unshared_bytes),
+        mib(memory.peak_live_bytes),
+        mib(memory.ordered_peak_live_bytes),
+        mib(memory.pooled_bytes),
+        mib(memory.placed_bytes),
+        mib(theirs.bytes),
+    );
+}
+
+/// What a cache does at least: hash a declaration, and compare it with the one it knows.
+fn know_again(frame: &Declaration, known: &Declaration) -> bool {
+    let mut hasher = DefaultHasher::new();
+    frame.hash(&mut hasher);
+    black_box(hasher.finish());
+    frame == known
+}
+
+/// Time of one call (µs).
+fn elapsed<R>(call: impl FnOnce() -> R) -> f64 {
+    let started = Instant::now();
+    let result = call();
+    let us = started.elapsed().as_secs_f64() * 1e6;
+    black_box(result);
+    us
+}
+
+fn median(runs: usize, mut run: impl FnMut() -> f64) -> f64 {
+    let mut times: Vec<f64> = (0..runs).map(|_| run()).collect();
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// Ratios over many random frames of each kind: quartiles and extremes.
+fn quality() {
+    println!("{:<24} {:<26} {:>7} {:>7} {:>7} {:>7} {:>7}", "frames", "ratio", "least", "25 %", "median", "75 %", "most");
+    for (kind, frames) in frames::random() {
+        let memories: Vec<(Memory, Memory)> = frames
+            .iter()
+            .map(|frame| {
+                let of = |order| plan(frame, &PlanOptions::default().order(order)).expect("frames here are sound").memory;
+                (of(PassOrder::Memory), of(PassOrder::Recorded))
+            })
+            .collect();
+        let ratio = |a: u64, b: u64| a as f64 / b.max(1) as f64;
+        print(kind, "ordered / live", memories.iter().map(|(m, _)| ratio(m.ordered_peak_live_bytes, m.peak_live_bytes)));
+        print(kind, "placed / live", memories.iter().map(|(m, _)| ratio(m.placed_bytes, m.peak_live_bytes)));
+        print(kind, "placed / ordered", memories.iter().map(|(m, _)| ratio(m.placed_bytes, m.ordered_peak_live_bytes)));
+        print(kind, "pooled / live", memories.iter().map(|(m, _)| ratio(m.pooled_bytes, m.peak_live_bytes)));
+        print(kind, "pooled / recorded pooled", memories.iter().map(|(m, r)| ratio(m.pooled_bytes, r.pooled_bytes)));
+    }
+}
+
+fn print(kind: &str, what: &str, ratios: impl Iterator<Item = f64>) {
+    let mut ratios: Vec<f64> = ratios.collect();
+    ratios.sort_by(f64::total_cmp);
+    let at = |quarters: usize| ratios[(ratios.len() - 1) * quarters / 4];
+    println!("{kind:<24} {what:<26} {:>7.3} {:>7.3} {:>7.3} {:>7.3} {:>7.3}", at(0), at(1), at(2), at(3), at(4));
+}

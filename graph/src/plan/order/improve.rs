@@ -1,0 +1,300 @@
+//! Lowers the peak of an order by moving what need not be there.
+//!
+//! At the peak, each resource that is in use but not touched is there for others. Either all that touched it so far sinks
+//! past the peak, with what depends on them, or all that touches it later is hoisted before it, with what they depend on:
+//!
+//! ```text
+//!   before   a A b c ▲ d B e      A writes a large resource for B; the peak ▲ neither needs A nor feeds B
+//!   sunk     a b c ▲ d A B e      A, and whatever depends on A, comes just before its first consumer …
+//!   hoisted  a A b c B ▲ d e      … or B, and whatever it depends on, comes just after its last producer
+//! ```
+//!
+//! Both are tried for the largest such resources, and the best move that lowers the peak is made, until none does. A move
+//! changes what is in use only between its two ends, so trying it costs what lies there. The sum of these costs is bounded.
+
+use super::model::{Bytes, Model};
+
+/// Resources tried at each peak, largest first.
+const TRIED: usize = 10;
+/// Units moved at once, at most.
+const GROUP: usize = 64;
+/// Units between both ends of a move, at most.
+const REACH: usize = 512;
+
+/// An order with what follows from it.
+#[derive(Debug)]
+struct State<'a> {
+    model: &'a Model,
+    sequence: Vec<u32>,
+    /// Unit to its position.
+    position: Vec<usize>,
+    /// Item to its first and last position; the last of what is kept is `usize::MAX`.
+    first: Vec<usize>,
+    last: Vec<usize>,
+    /// Position to the bytes in use.
+    live: Vec<Bytes>,
+    /// Item to its touches in the window under trial; else 0.
+    count: Vec<u32>,
+    /// Unit to whether it is in the group under trial; else false.
+    grouped: Vec<bool>,
+}
+
+/// A window of positions in another order.
+#[derive(Debug)]
+struct Move {
+    start: usize,
+    units: Vec<u32>,
+    /// The most in use in the window, and how many more positions than before are at the old peak.
+    peak: (Bytes, isize),
+}
+
+/// What became of an order.
+#[derive(Debug)]
+pub(super) struct Improved {
+    pub(super) sequence: Vec<u32>,
+    /// The most in use at once.
+    pub(super) peak: Bytes,
+    /// Whether the effort ended before the moves did.
+    pub(super) spent: bool,
+}
+
+/// A better order, or the same. Looks at about `effort` units at most.
+pub(super) fn improve(model: &Model, sequence: Vec<u32>, bound: Bytes, effort: usize) -> Improved {
+    let mut state = State::new(model, sequence);
+    let mut left = effort;
+    loop {
+        let (at, peak) = state.peak();
+        let done = |state: State<'_>, spent| Improved { sequence: state.sequence, peak, spent };
+        if peak <= bound {
+            return done(state, false);
+        }
+        // Finding the peak costs a look at all units, if a short one.
+        left = left.saturating_sub(state.sequence.len() / 8);
+        let best = state.best_move(at, &mut left);
+        if left == 0 {
+            return done(state, true);
+        }
+        match best {
+            Some(best) => state.apply(&best),
+            None => return done(state, false),
+        }
+    }
+}
+
+impl<'a> State<'a> {
+    fn new(model: &'a Model, sequence: Vec<u32>) -> Self {
+        let (units, items) = (sequence.len(), model.bytes.len());
+        let mut state = Self {
+            model,
+            sequence,
+            position: vec![0; units],
+            first: vec![usize::MAX; items],
+            last: vec![0; items],
+            live: vec![0; units],
+            count: vec![0; items],
+            grouped: vec![false; units],
+        };
+        for (at, &unit) in state.sequence.iter().enumerate() {
+            state.position[unit as usize] = at;
+            for &item in model.items.of(unit) {
+                state.first[item as usize] = state.first[item as usize].min(at);
+                state.last[item as usize] = if model.kept[item as usize] { usize::MAX } else { at };
+            }
+        }
+        let mut change = vec![0; units + 1];
+        for item in 0..items {
+            change[state.first[item]] += model.bytes[item];
+            change[state.last[item].min(units - 1) + 1] -= model.bytes[item];
+        }
+        let mut live = 0;
+        for (now, change) in state.live.iter_mut().zip(change) {
+            live += change;
+            *now = live;
+        }
+        state
+    }
+
+    /// The first position at which most is in use.
+    fn peak(&self) -> (usize, Bytes) {
+        let mut peak = (0, 0);
+        for (at, &live) in self.live.iter().enumerate() {
+            if live > peak.1 {
+                peak = (at, live);
+            }
+        }
+        peak
+    }
+
+    fn best_move(&mut self, at: usize, left: &mut usize) -> Option<Move> {
+        let mut idle: Vec<u32> = (0..self.model.bytes.len() as u32)
+            .filter(|&item| self.first[item as usize] < at && at < self.last[item as usize])
+            .filter(|&item| !self.model.items.of(self.sequence[at]).contains(&item))
+            .collect();
+        idle.sort_by_key(|&item| std::cmp::Reverse(self.model.bytes[item as usize]));
+        idle.truncate(TRIED);
+        let mut best: Option<Move> = None;
+        for item in idle {
+            let sunk = self.descendants(self.sequence[self.first[item as usize]], at);
+            if let Some(group) = sunk {
+                let start = group.iter().map(|&unit| self.position[unit as usize]).min().unwrap_or(at);
+                let follows = |&unit: &u32| self.model.next.of(unit).iter().map(|&next| self.position[next as usize]);
+                let limit = group.iter().flat_map(follows).filter(|&next| next > at).min().unwrap_or(self.sequence.len()) - 1;
+                for end in [limit, at] {
+                    self.try_move(&group, start, end, false, &mut best, left);
+                    if limit == at {
+                        break;
+                    }
+                }
+            }
+            let hoisted = if self.model.kept[item as usize] { None } else { self.ancestors(item, at) };
+            if let Some(group) = hoisted {
+                let end = group.iter().map(|&unit| self.position[unit as usize]).max().unwrap_or(at);
+                let leads = |&unit: &u32| self.model.previous.of(unit).iter().map(|&before| self.position[before as usize]);
+                let limit = group.iter().flat_map(leads).filter(|&before| before < at).max().map_or(0, |before| before + 1);
+                for start in [limit, at] {
+                    self.try_move(&group, start, end, true, &mut best, left);
+                    if limit == at {
+                        break;
+                    }
+                }
+            }
+            if *left == 0 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// `unit` and all that depends on it up to position `at`; none if that is at `at`, or if they are many.
+    fn descendants(&mut self, unit: u32, at: usize) -> Option<Vec<u32>> {
+        let model = self.model;
+        self.closure(vec![unit], at, |unit| model.next.of(unit), |position| position <= at)
+    }
+
+    /// All from `at` on that touch `item`, and what they depend on.
+    fn ancestors(&mut self, item: u32, at: usize) -> Option<Vec<u32>> {
+        let model = self.model;
+        let touching = model.touching.of(item).iter().copied().filter(|&unit| self.position[unit as usize] >= at).collect();
+        self.closure(touching, at, |unit| model.previous.of(unit), |position| position >= at)
+    }
+
+    fn closure(
+        &mut self,
+        mut group: Vec<u32>,
+        at: usize,
+        step: impl Fn(u32) -> &'a [u32],
+        inside: impl Fn(usize) -> bool,
+    ) -> Option<Vec<u32>> {
+        for &unit in &group {
+            self.grouped[unit as usize] = true;
+        }
+        let mut done = 0;
+        let mut fits = true;
+        while fits && done < group.len() {
+            for &unit in step(group[done]) {
+                let position = self.position[unit as usize];
+                if inside(position) && !self.grouped[unit as usize] {
+                    fits &= position != at && group.len() < GROUP;
+                    self.grouped[unit as usize] = true;
+                    group.push(unit);
+                }
+            }
+            done += 1;
+        }
+        for &unit in &group {
+            self.grouped[unit as usize] = false;
+        }
+        fits.then_some(group)
+    }
+
+    /// Puts the group to the front or the back of a window, and keeps the move if it is the best so far.
+    fn try_move(&mut self, group: &[u32], start: usize, end: usize, front: bool, best: &mut Option<Move>, left: &mut usize) {
+        // The side that need not be reached may be cut short; the group itself may not.
+        if end - start > REACH || *left == 0 {
+            return;
+        }
+        for &unit in group {
+            self.grouped[unit as usize] = true;
+        }
+        let window = &self.sequence[start..=end];
+        let mut units = Vec::with_capacity(window.len());
+        units.extend(window.iter().filter(|&&unit| self.grouped[unit as usize] == front));
+        units.extend(window.iter().filter(|&&unit| self.grouped[unit as usize] != front));
+        for &unit in group {
+            self.grouped[unit as usize] = false;
+        }
+        let mut lives = Vec::with_capacity(units.len());
+        self.replay(start, &units, &mut lives);
+        *left = left.saturating_sub(units.len() * 4);
+        let old = self.live[start..=end].iter().copied().max().unwrap_or(0);
+        let times = |lives: &[Bytes]| lives.iter().filter(|&&live| live == old).count() as isize;
+        let peak = (lives.iter().copied().max().unwrap_or(0), times(&lives) - times(&self.live[start..=end]));
+        let limit = best.as_ref().map_or((old, 0), |best| best.peak);
+        if peak < limit {
+            *best = Some(Move { start, units, peak });
+        }
+    }
+
+    /// The bytes in use at each position of a window, were its units in this order.
+    fn replay(&mut self, start: usize, units: &[u32], lives: &mut Vec<Bytes>) {
+        let model = self.model;
+        let end = start + units.len() - 1;
+        let born = |&&item: &&u32| self.first[item as usize] == start;
+        let bytes = |&item: &u32| model.bytes[item as usize];
+        let mut live = self.live[start] - model.items.of(self.sequence[start]).iter().filter(born).map(bytes).sum::<Bytes>();
+        for &item in units.iter().flat_map(|&unit| model.items.of(unit)) {
+            self.count[item as usize] += 1;
+        }
+        // A count's top bit: the item is in use.
+        const ALIVE: u32 = 1 << 31;
+        for &unit in units {
+            for &item in model.items.of(unit) {
+                let count = &mut self.count[item as usize];
+                if *count & ALIVE == 0 {
+                    *count |= ALIVE;
+                    if self.first[item as usize] >= start {
+                        live += model.bytes[item as usize];
+                    }
+                }
+            }
+            lives.push(live);
+            for &item in model.items.of(unit) {
+                let count = &mut self.count[item as usize];
+                *count -= 1;
+                if *count == ALIVE {
+                    *count = 0;
+                    if self.last[item as usize] <= end {
+                        live -= model.bytes[item as usize];
+                    }
+                }
+            }
+        }
+    }
+
+    fn apply(&mut self, best: &Move) {
+        let model = self.model;
+        let (start, end) = (best.start, best.start + best.units.len() - 1);
+        let mut lives = Vec::with_capacity(best.units.len());
+        self.replay(start, &best.units, &mut lives);
+        self.live[start..=end].copy_from_slice(&lives);
+        self.sequence[start..=end].copy_from_slice(&best.units);
+        for (at, &unit) in (start..).zip(&best.units) {
+            self.position[unit as usize] = at;
+        }
+        // First and last positions inside the window: from the back the first, from the front the last.
+        for (at, &unit) in (start..start + best.units.len()).zip(&best.units).rev() {
+            for &item in model.items.of(unit) {
+                if self.first[item as usize] >= start {
+                    self.first[item as usize] = at;
+                }
+            }
+        }
+        for (at, &unit) in (start..).zip(&best.units) {
+            for &item in model.items.of(unit) {
+                if self.last[item as usize] <= end {
+                    self.last[item as usize] = at;
+                }
+            }
+        }
+    }
+}

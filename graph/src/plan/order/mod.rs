@@ -1,0 +1,193 @@
+//! Topological order, improved so that less memory is in use at once.
+//!
+//! ```text
+//!   recorded      A B C d b c ■     A, B and C each write what d, b and c read: four are in use at the peak
+//!   for memory    A B b C c d       each is read as soon as it can be; the peak is what d needs anyway
+//! ```
+//!
+//! Finding the order of least peak is NP-hard (it is register allocation by another name). Frames are mostly recorded well, so
+//! local moves start from the recorded order ([`improve`]), and end where none lowers the peak. Where their effort is spent
+//! before that, the recorded order was far from good, and two of list scheduling ([`list`]) are tried as well, from the front
+//! and from the back, and improved in turn. No order is taken over the recorded one unless its peak is lower, and the result
+//! depends on nothing but the declaration.
+//!
+//! The nodes are units: passes that run as one render pass stay together. Pinned passes keep their recorded order among
+//! themselves by edges from each to the next.
+
+mod improve;
+mod list;
+mod model;
+
+use super::{PassOrder, dependencies::Edge, merge::Units};
+use crate::declaration::Declaration;
+use list::Direction;
+use model::{Model, Nodes, Rows};
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+/// What local moves may cost, as touches of resources: this many times those of the frame, and so many in a small frame.
+const EFFORT: usize = 16;
+const LEAST_EFFORT: usize = 4096;
+
+/// The units in order, or a pass on a cycle.
+pub(super) fn order(
+    declaration: &Declaration,
+    units: &Units,
+    dependencies: &[Edge],
+    order: PassOrder,
+) -> Result<Vec<usize>, usize> {
+    let nodes = Nodes::new(declaration, units, dependencies);
+    let recorded = recorded(nodes.nodes.len(), &nodes.edges).map_err(|stuck| nodes.nodes[stuck as usize].0)?;
+    let sequence = match order {
+        PassOrder::Recorded => recorded,
+        PassOrder::Memory => match Model::new(declaration, units, &nodes) {
+            Some(model) => smallest(&model, recorded),
+            None => recorded,
+        },
+    };
+    Ok(sequence.into_iter().filter_map(|node| nodes.nodes[node as usize].1).collect())
+}
+
+/// Of the units that could come next, the one recorded first; or a unit on a cycle.
+fn recorded(units: usize, edges: &[(u32, u32)]) -> Result<Vec<u32>, u32> {
+    if edges.iter().all(|(from, to)| from < to) {
+        return Ok((0..units as u32).collect());
+    }
+    let next = Rows::new(units, edges.iter().copied());
+    let mut waiting = vec![0_u32; units];
+    for &(_, to) in edges {
+        waiting[to as usize] += 1;
+    }
+    let mut ready: BinaryHeap<Reverse<u32>> =
+        (0..units as u32).filter(|&unit| waiting[unit as usize] == 0).map(Reverse).collect();
+    let mut sequence = Vec::with_capacity(units);
+    while let Some(Reverse(unit)) = ready.pop() {
+        sequence.push(unit);
+        for &to in next.of(unit) {
+            waiting[to as usize] -= 1;
+            if waiting[to as usize] == 0 {
+                ready.push(Reverse(to));
+            }
+        }
+    }
+    match waiting.iter().position(|&n| n > 0) {
+        Some(stuck) => Err(stuck as u32),
+        None => Ok(sequence),
+    }
+}
+
+/// The order of the smallest peak that was found; the recorded one unless another's is smaller.
+fn smallest(model: &Model, recorded: Vec<u32>) -> Vec<u32> {
+    let bound = model.bound();
+    let effort = (EFFORT * (model.items.len() + model.units as usize)).max(LEAST_EFFORT);
+    let mut best = improve::improve(model, recorded, bound, effort);
+    if best.spent {
+        for direction in [Direction::Forward, Direction::Backward] {
+            let found = improve::improve(model, list::schedule(model, direction), bound, effort);
+            if found.peak < best.peak {
+                best = found;
+            }
+        }
+    }
+    best.sequence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(from: usize, to: usize) -> Edge {
+        Edge { from, to, data: true }
+    }
+
+    /// Orders passes of which nothing is known but the edges.
+    fn order(live: &[bool], edges: &[Edge]) -> Result<Vec<usize>, usize> {
+        let passes = (0..live.len()).map(|i| format!(r#"{{"name": "{i}", "kind": "compute"}}"#)).collect::<Vec<_>>().join(",");
+        let frame = format!(r#"{{"frame": "f", "resources": [], "passes": [{passes}]}}"#);
+        let declaration = Declaration::from_frame_json(&frame).unwrap();
+        let units = super::super::merge::merge(&declaration, live);
+        let sequence = super::order(&declaration, &units, edges, PassOrder::Recorded)?;
+        Ok(units.flatten(sequence).0)
+    }
+    #[test]
+    fn recorded_order_breaks_ties() {
+        assert_eq!(order(&[true; 4], &[]), Ok(vec![0, 1, 2, 3]));
+        assert_eq!(order(&[true; 4], &[edge(2, 0), edge(3, 1)]), Ok(vec![2, 0, 3, 1]));
+        assert_eq!(order(&[true, false, true], &[edge(0, 1), edge(1, 2)]), Ok(vec![0, 2]), "culled passes drop out");
+    }
+
+    #[test]
+    fn a_cycle_is_found() {
+        assert_eq!(order(&[true; 3], &[edge(0, 1), edge(1, 2), edge(2, 1)]), Err(1));
+    }
+
+    #[test]
+    fn double_edges_count_twice_on_both_sides() {
+        assert_eq!(order(&[true; 2], &[edge(1, 0), edge(1, 0)]), Ok(vec![1, 0]));
+    }
+
+    /// The order of a frame of buffers of these bytes, the last of them imported; a pass is what it reads and writes.
+    fn for_memory(bytes: &[u64], passes: &[(&[usize], &[usize])], pinned: &[usize]) -> Vec<usize> {
+        let name = |resource: &usize| format!("r{resource}");
+        let resources: Vec<serde_json::Value> = (0..bytes.len())
+            .map(|at| {
+                let origin = if at + 1 == bytes.len() { "imported" } else { "transient" };
+                serde_json::json!({"name": name(&at), "kind": "buffer", "origin": origin, "bytes": bytes[at]})
+            })
+            .collect();
+        let passes: Vec<serde_json::Value> = (0..)
+            .zip(passes)
+            .map(|(at, (reads, writes))| {
+                let reads: Vec<String> = reads.iter().map(name).collect();
+                let imported = |&write: &usize| write + 1 == bytes.len();
+                let writes: Vec<serde_json::Value> = writes
+                    .iter()
+                    .map(|write| serde_json::json!({"resource": name(write), "preserve": imported(write)}))
+                    .collect();
+                serde_json::json!({"name": format!("p{at}"), "kind": "compute", "reads": reads, "writes": writes})
+            })
+            .collect();
+        let frame = serde_json::json!({"frame": "f", "resources": resources, "passes": passes});
+        let mut declaration = Declaration::from_frame_json(&frame.to_string()).unwrap();
+        for &pass in pinned {
+            declaration.passes[pass].pinned = true;
+        }
+        super::super::plan(&declaration, &super::super::PlanOptions::default()).unwrap().order
+    }
+
+    /// Two producers, then their two consumers.
+    const PAIRS: [(&[usize], &[usize]); 4] = [(&[], &[0]), (&[], &[1]), (&[0], &[2]), (&[1], &[2])];
+
+    #[test]
+    fn producers_move_to_their_consumers() {
+        assert_eq!(for_memory(&[10, 10, 1], &PAIRS, &[]), [0, 2, 1, 3]);
+    }
+
+    #[test]
+    fn pinned_passes_keep_their_order() {
+        assert_eq!(for_memory(&[10, 10, 1], &PAIRS, &[1, 2]), [0, 1, 2, 3], "1 before 2, which is where 2 was to go");
+        assert_eq!(for_memory(&[10, 10, 1], &PAIRS, &[1]), [0, 2, 1, 3], "one alone may move");
+    }
+
+    #[test]
+    fn an_order_that_saves_nothing_is_not_taken() {
+        // The two must meet in the last pass, whichever comes first.
+        let passes: [(&[usize], &[usize]); 3] = [(&[], &[0]), (&[], &[1]), (&[1, 0], &[2])];
+        assert_eq!(for_memory(&[10, 1, 1], &passes, &[]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_culled_pass_keeps_apart_what_it_stood_between() {
+        // 2 would overwrite what 1 reads, and is culled, since 3 overwrites it again: 3 must still come after 1. Without that,
+        // 3 and 4 would come first, and the large buffer of 0 after them.
+        let passes: [(&[usize], &[usize]); 6] =
+            [(&[], &[0, 1]), (&[0, 1], &[3]), (&[], &[0]), (&[], &[0, 2]), (&[2], &[3]), (&[0], &[3])];
+        let order = for_memory(&[10, 1, 50, 1], &passes, &[]);
+        let at = |pass: usize| order.iter().position(|&other| other == pass);
+        assert!(at(2).is_none() && at(1) < at(3), "{order:?}");
+    }
+
+    #[test]
+    fn sizes_that_cannot_be_counted_leave_the_order_as_it_is() {
+        assert_eq!(for_memory(&[u64::MAX, u64::MAX, 1], &PAIRS, &[]), [0, 1, 2, 3]);
+    }
+}
