@@ -6,6 +6,7 @@
 mod execution;
 mod frames;
 mod planning;
+mod random;
 mod refusals;
 mod reload;
 mod sharing;
