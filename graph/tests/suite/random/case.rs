@@ -173,8 +173,8 @@ impl Case {
         for &(kind, owner, keep) in &self.nodes {
             let node = |owner| Node { kind: Kind::new(kind), owner, keep };
             match owner {
-                0 => nodes.extend([node(Owner::Previous), node(Owner::Current)]),
-                1 => nodes.push(node(Owner::Imported)),
+                14 => nodes.extend([node(Owner::Previous), node(Owner::Current)]),
+                15 => nodes.push(node(Owner::Imported)),
                 _ => nodes.push(node(Owner::Transient)),
             }
         }
