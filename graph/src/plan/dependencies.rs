@@ -15,8 +15,8 @@ pub(super) struct Edge {
 /// No pass, or the end of a list.
 const NONE: u32 = u32::MAX;
 
-/// All edges, in recorded order of `to`; all lead forwards.
-pub(super) fn dependencies(declaration: &Declaration, cells: &Cells) -> Vec<Edge> {
+/// All edges among the passes for which `runs` holds, in recorded order of `to`; all lead forwards.
+pub(super) fn dependencies(declaration: &Declaration, cells: &Cells, runs: impl Fn(usize) -> bool) -> Vec<Edge> {
     let mut writer = vec![NONE; cells.len()];
     // Readers of each cell since its last write, as lists in one vector: (pass, next).
     let mut readers = vec![NONE; cells.len()];
@@ -27,7 +27,7 @@ pub(super) fn dependencies(declaration: &Declaration, cells: &Cells) -> Vec<Edge
             edges.push(Edge { from: from as usize, to, data });
         }
     };
-    for (to, pass) in declaration.passes.iter().enumerate() {
+    for (to, pass) in declaration.passes.iter().enumerate().filter(|(to, _)| runs(*to)) {
         for access in &pass.accesses {
             let data = access.read || access.write != Write::Overwrite;
             for cell in cells.of(access) {
@@ -70,7 +70,7 @@ mod tests {
                        {"name": "add", "kind": "compute", "writes": [{"resource": "a", "preserve": true}]},
                        {"name": "clear", "kind": "compute", "writes": [{"resource": "a"}]}]}"#;
         let declaration = Declaration::from_frame_json(frame).unwrap();
-        let mut edges = dependencies(&declaration, &Cells::new(&declaration));
+        let mut edges = dependencies(&declaration, &Cells::new(&declaration), |_| true);
         edges.sort_by_key(|edge| (edge.from, edge.to, edge.data));
         edges.dedup();
         let edge = |from, to, data| Edge { from, to, data };
@@ -87,7 +87,7 @@ mod tests {
                        {"name": "all", "kind": "compute", "reads": ["t"]}]}"#;
         let declaration = Declaration::from_frame_json(frame).unwrap();
         let mut edges: Vec<(usize, usize)> =
-            dependencies(&declaration, &Cells::new(&declaration)).iter().map(|edge| (edge.from, edge.to)).collect();
+            dependencies(&declaration, &Cells::new(&declaration), |_| true).iter().map(|edge| (edge.from, edge.to)).collect();
         edges.sort_unstable();
         assert_eq!(edges, [(0, 1), (0, 3), (1, 3), (2, 3)], "mip 2 waits for nobody");
     }

@@ -161,10 +161,14 @@ pub fn plan_with_needs(
     validate::indices(declaration)?;
     let cells = cells::Cells::new(declaration);
     validate::contents(declaration, &cells)?;
-    let dependencies = dependencies::dependencies(declaration, &cells);
-    let (live, culled) = cull::cull(declaration, &cells, &dependencies);
+    let mut edges = dependencies::dependencies(declaration, &cells, |_| true);
+    let (live, culled) = cull::cull(declaration, &cells, &edges);
+    if !culled.is_empty() {
+        // A culled pass between two that run orders nothing; what the one reads and the other overwrites, does.
+        edges = dependencies::dependencies(declaration, &cells, |pass| live[pass]);
+    }
     let units = merge::merge(declaration, &live);
-    let sequence = order::order(declaration, &units, &dependencies, options.order)
+    let sequence = order::order(declaration, &units, &edges, options.order)
         .map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
     let recorded = {
         let (order, steps) = units.flatten(0..units.len());

@@ -8,6 +8,7 @@ mod features;
 mod frames;
 mod planning;
 mod properties;
+mod random;
 mod refusals;
 mod reload;
 mod sharing;

@@ -88,7 +88,7 @@ pub(super) fn schedule(model: &Model, direction: Direction) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::super::{cells, cull, dependencies, merge};
-    use super::{super::model::Nodes, *};
+    use super::{super::model::unit_edges, *};
     use crate::Declaration;
 
     #[test]
@@ -107,9 +107,9 @@ mod tests {
         let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{passes}]}}"#);
         let declaration = Declaration::from_frame_json(&frame).unwrap();
         let cells = cells::Cells::new(&declaration);
-        let edges = dependencies::dependencies(&declaration, &cells);
+        let edges = dependencies::dependencies(&declaration, &cells, |_| true);
         let units = merge::merge(&declaration, &cull::cull(&declaration, &cells, &edges).0);
-        let model = Model::new(&declaration, &units, &Nodes::new(&declaration, &units, &edges)).unwrap();
+        let model = Model::new(&declaration, &units, &unit_edges(&declaration, &units, &edges)).unwrap();
         // The consumers add to one result, so they keep their order.
         assert_eq!(schedule(&model, Direction::Forward), [0, 4, 1, 5, 2, 6, 3, 7]);
         assert_eq!(schedule(&model, Direction::Backward), [0, 4, 1, 5, 2, 6, 3, 7]);

@@ -21,7 +21,7 @@ mod model;
 use super::{PassOrder, dependencies::Edge, merge::Units};
 use crate::declaration::Declaration;
 use list::Direction;
-use model::{Model, Nodes, Rows};
+use model::{Model, Rows};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// What local moves may cost, as touches of resources: this many times those of the frame, and so many in a small frame.
@@ -35,16 +35,16 @@ pub(super) fn order(
     dependencies: &[Edge],
     order: PassOrder,
 ) -> Result<Vec<usize>, usize> {
-    let nodes = Nodes::new(declaration, units, dependencies);
-    let recorded = recorded(nodes.nodes.len(), &nodes.edges).map_err(|stuck| nodes.nodes[stuck as usize].0)?;
+    let edges = model::unit_edges(declaration, units, dependencies);
+    let recorded = recorded(units.len(), &edges).map_err(|stuck| units.unit(stuck as usize)[0])?;
     let sequence = match order {
         PassOrder::Recorded => recorded,
-        PassOrder::Memory => match Model::new(declaration, units, &nodes) {
+        PassOrder::Memory => match Model::new(declaration, units, &edges) {
             Some(model) => smallest(&model, recorded),
             None => recorded,
         },
     };
-    Ok(sequence.into_iter().filter_map(|node| nodes.nodes[node as usize].1).collect())
+    Ok(sequence.into_iter().map(|unit| unit as usize).collect())
 }
 
 /// Of the units that could come next, the one recorded first; or a unit on a cycle.

@@ -1,7 +1,4 @@
 //! What ordering works on: units, the transient resources they touch, and what must come before what, as flat arrays.
-//!
-//! A culled pass may stand between two that run: one reads what it would have overwritten, the other overwrites that again.
-//! Neither depends on the other but through it, so it takes part as a unit that touches nothing, and is left out at the end.
 
 use super::super::{dependencies::Edge, merge::Units};
 use crate::declaration::{Declaration, Origin};
@@ -72,18 +69,17 @@ pub(super) struct Model {
 
 impl Model {
     /// The model of the passes that run; `None` if all bytes together are more than can be counted.
-    pub(super) fn new(declaration: &Declaration, units: &Units, nodes: &Nodes) -> Option<Self> {
+    pub(super) fn new(declaration: &Declaration, units: &Units, edges: &[(u32, u32)]) -> Option<Self> {
         const NONE: u32 = u32::MAX;
-        let count = nodes.nodes.len();
+        let count = units.len();
         // Per resource: its item, and the last unit that was seen to touch it.
         let mut item_of = vec![(NONE, NONE); declaration.resources.len()];
         let (mut bytes, mut kept, mut uses) = (Vec::new(), Vec::new(), Vec::new());
         // (unit, item)
         let mut touches: Vec<(u32, u32)> = Vec::with_capacity(4 * units.len());
         let mut total: Bytes = 0;
-        for (unit, (_, passes)) in nodes.nodes.iter().enumerate() {
-            let passes = passes.map_or(&[][..], |unit| units.unit(unit));
-            for access in passes.iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
+        for unit in 0..count {
+            for access in units.unit(unit).iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
                 let (item, seen) = &mut item_of[access.resource];
                 if *seen == unit as u32 {
                     continue;
@@ -108,8 +104,8 @@ impl Model {
         }
         Some(Self {
             units: count as u32,
-            next: Rows::new(count, nodes.edges.iter().copied()),
-            previous: Rows::new(count, nodes.edges.iter().map(|&(from, to)| (to, from))),
+            next: Rows::new(count, edges.iter().copied()),
+            previous: Rows::new(count, edges.iter().map(|&(from, to)| (to, from))),
             items: Rows::new(count, touches.iter().copied()),
             touching: Rows::new(bytes.len(), touches.iter().map(|&(unit, item)| (item, unit))),
             bytes,
@@ -124,66 +120,31 @@ impl Model {
     }
 }
 
-/// The units in recorded order, and culled passes between them.
-#[derive(Debug)]
-pub(super) struct Nodes {
-    /// Per node: its first pass, and its index among the units; `None`: culled.
-    pub(super) nodes: Vec<(usize, Option<usize>)>,
-    /// Edges between nodes: of the dependencies, and between pinned units in recorded order.
-    pub(super) edges: Vec<(u32, u32)>,
-}
-
-impl Nodes {
-    pub(super) fn new(declaration: &Declaration, units: &Units, dependencies: &[Edge]) -> Self {
-        const NONE: u32 = u32::MAX;
-        let passes = declaration.passes.len();
-        let mut unit_of = vec![NONE; passes];
-        for unit in 0..units.len() {
-            for &pass in units.unit(unit) {
-                unit_of[pass] = unit as u32;
-            }
+/// What must come before what, as pairs of units: the dependencies, and pinned units in recorded order.
+pub(super) fn unit_edges(declaration: &Declaration, units: &Units, dependencies: &[Edge]) -> Vec<(u32, u32)> {
+    const NONE: u32 = u32::MAX;
+    let mut unit_of = vec![NONE; declaration.passes.len()];
+    for unit in 0..units.len() {
+        for &pass in units.unit(unit) {
+            unit_of[pass] = unit as u32;
         }
-        // Of culled passes: whether something comes before, and after.
-        let mut between = vec![(false, false); passes];
-        for edge in dependencies {
-            between[edge.from].1 = true;
-            between[edge.to].0 = true;
-        }
-        let mut nodes = Vec::with_capacity(units.len());
-        let mut node_of = vec![NONE; passes];
-        for pass in 0..passes {
-            if node_of[pass] != NONE {
-                continue;
-            }
-            let node = nodes.len() as u32;
-            if unit_of[pass] != NONE {
-                let unit = unit_of[pass] as usize;
-                nodes.push((pass, Some(unit)));
-                for &pass in units.unit(unit) {
-                    node_of[pass] = node;
-                }
-            } else if between[pass] == (true, true) {
-                nodes.push((pass, None));
-                node_of[pass] = node;
-            }
-        }
-        let mut edges: Vec<(u32, u32)> = Vec::with_capacity(dependencies.len());
-        for edge in dependencies {
-            let pair = (node_of[edge.from], node_of[edge.to]);
-            // Dependencies between the same two passes stand together, so this drops nearly all repetitions.
-            if pair.0 != NONE && pair.1 != NONE && pair.0 != pair.1 && edges.last() != Some(&pair) {
-                edges.push(pair);
-            }
-        }
-        let is_pinned = |unit: usize| units.unit(unit).iter().any(|&pass| declaration.passes[pass].pinned);
-        let pinned = (0_u32..).zip(&nodes).filter(|(_, (_, unit))| unit.is_some_and(is_pinned)).map(|(node, _)| node);
-        let mut last = None;
-        for node in pinned {
-            edges.extend(last.map(|last| (last, node)));
-            last = Some(node);
-        }
-        Self { nodes, edges }
     }
+    let mut edges: Vec<(u32, u32)> = Vec::with_capacity(dependencies.len());
+    for edge in dependencies {
+        let pair = (unit_of[edge.from], unit_of[edge.to]);
+        // Dependencies between the same two passes stand together, so this drops nearly all repetitions.
+        if pair.0 != NONE && pair.1 != NONE && pair.0 != pair.1 && edges.last() != Some(&pair) {
+            edges.push(pair);
+        }
+    }
+    let mut last = None;
+    for unit in 0..units.len() {
+        if units.unit(unit).iter().any(|&pass| declaration.passes[pass].pinned) {
+            edges.extend(last.map(|last| (last, unit as u32)));
+            last = Some(unit as u32);
+        }
+    }
+    edges
 }
 
 #[cfg(test)]
