@@ -92,6 +92,12 @@ impl Cache {
         views
     }
 
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        let bindings = self.bindings.iter().flatten().flatten().count();
+        bindings + self.views.iter().flatten().flatten().count()
+    }
+
     /// Drops what no recent frame used.
     pub(super) fn evict(&mut self, frame: u64) {
         let old = |last: u64| last + IDLE_FRAMES <= frame;

@@ -3,6 +3,8 @@
 mod bindings;
 mod cache;
 mod encode;
+#[cfg(test)]
+mod endurance;
 mod gate;
 mod history;
 mod in_flight;

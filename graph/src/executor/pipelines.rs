@@ -52,6 +52,11 @@ pub(super) struct Raster {
 }
 
 impl Pipelines {
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.compute.len() + self.raster.len()
+    }
+
     /// Whether the shader is compiled.
     pub(super) fn has_compute(&self, shader: &ComputeShader) -> bool {
         self.compute.contains_key(&shader.core)

@@ -114,6 +114,11 @@ impl PlanCache {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn cached_bindings(&self) -> usize {
+        self.entries.iter().map(|entry| entry.state.cache.len()).sum()
+    }
+
     /// Drops bind groups of plans that no recent frame used.
     pub(super) fn evict(&mut self, frame: u64) {
         for entry in &mut self.entries {
