@@ -1,7 +1,8 @@
 //! What holds of the plan of any frame; no device.
 
 use lightloom_graph::{
-    Declaration, Need, Origin, PassKind, PassOrder, Plan, PlanOptions, ResourceKind, Sharing, Slot, SlotKind, plan, plan_with_needs,
+    Declaration, Need, Origin, PassKind, PassOrder, Plan, PlanOptions, ResourceKind, Sharing, Slot, SlotKind, plan,
+    plan_with_needs,
 };
 use proptest::{
     collection::vec,
@@ -40,15 +41,8 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
     let again = proptest::option::weighted(0.2, (0_usize..12, any::<bool>()));
     let often = |percent: f64| proptest::bool::weighted(percent / 100.0);
     let flags = (often(15.0), often(20.0), often(8.0), often(4.0));
-    let step = (vec(0_usize..12, 0..4), again, shape, flags).prop_map(|(reads, again, shape, (out, pinned, closure, keep))| Step {
-        reads,
-        again,
-        shape,
-        out,
-        pinned,
-        closure,
-        keep,
-    });
+    let step = (vec(0_usize..12, 0..4), again, shape, flags)
+        .prop_map(|(reads, again, shape, (out, pinned, closure, keep))| Step { reads, again, shape, out, pinned, closure, keep });
     vec(step, 1..40)
 }
 
@@ -63,8 +57,10 @@ fn frame(steps: &[Step]) -> Declaration {
             Shape::Buffer(bytes) => {
                 json!({"name": name, "kind": "buffer", "origin": "transient", "bytes": bytes, "keep": step.keep})
             }
-            Shape::Texture(size, mips, layers) => json!({"name": name, "kind": "texture", "origin": "transient", "keep": step.keep,
-                "format": "rgba8unorm", "size": [size, 64, layers], "mips": mips}),
+            Shape::Texture(size, mips, layers) => {
+                json!({"name": name, "kind": "texture", "origin": "transient", "keep": step.keep,
+                "format": "rgba8unorm", "size": [size, 64, layers], "mips": mips})
+            }
         });
         let recent = |back: usize| written.get(written.len().wrapping_sub(back + 1)).copied();
         let (target, preserve) =
@@ -90,18 +86,23 @@ fn frame(steps: &[Step]) -> Declaration {
 /// Runs `test` on many frames, and shrinks the one on which it panics.
 fn for_frames(test: impl Fn(&Declaration)) {
     let config = Config { cases: 192, failure_persistence: None, ..Config::default() };
-    TestRunner::new_with_rng(config, proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha))
-        .run(&steps(), |steps| {
-            test(&frame(&steps));
-            Ok::<(), TestCaseError>(())
-        })
-        .unwrap();
+    TestRunner::new_with_rng(
+        config,
+        proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
+    )
+    .run(&steps(), |steps| {
+        test(&frame(&steps));
+        Ok::<(), TestCaseError>(())
+    })
+    .unwrap();
 }
 
 /// The plan of every combination of options.
 fn for_plans(test: impl Fn(&Declaration, &Plan, PlanOptions)) {
     for_frames(|declaration| {
-        for options in SHARINGS.iter().flat_map(|&sharing| ORDERS.map(|order| PlanOptions::default().sharing(sharing).order(order))) {
+        for options in
+            SHARINGS.iter().flat_map(|&sharing| ORDERS.map(|order| PlanOptions::default().sharing(sharing).order(order)))
+        {
             test(declaration, &plan(declaration, &options).unwrap(), options);
         }
     });
@@ -196,7 +197,11 @@ fn order_saves_memory_and_changes_nothing_else() {
         assert_eq!(recorded.memory.peak_live_bytes, recorded.memory.ordered_peak_live_bytes);
         assert_eq!(recorded.memory.peak_live_bytes, ordered.memory.peak_live_bytes);
         let (before, after) = (recorded.memory.peak_live_bytes, ordered.memory.ordered_peak_live_bytes);
-        assert!(after < before || (after == before && ordered.order == recorded.order), "{after} of {before}: {:?}", ordered.order);
+        assert!(
+            after < before || (after == before && ordered.order == recorded.order),
+            "{after} of {before}: {:?}",
+            ordered.order
+        );
         assert_eq!(ordered, plan(declaration, &PlanOptions::default()).unwrap(), "planning is deterministic");
     });
 }
@@ -220,9 +225,10 @@ fn no_step_reads_and_writes_one_arena() {
             assert!(slot.bytes <= 256 << 20, "arenas are bounded");
             assert!(members.iter().all(|&r| plan.offsets[r].unwrap() % 256 == 0), "ranges can be bound");
             let in_closure = |resource| {
-                plan.order.iter().map(|&pass| &declaration.passes[pass]).any(|pass| {
-                    pass.kind == PassKind::Closure && pass.accesses.iter().any(|access| access.resource == resource)
-                })
+                plan.order
+                    .iter()
+                    .map(|&pass| &declaration.passes[pass])
+                    .any(|pass| pass.kind == PassKind::Closure && pass.accesses.iter().any(|access| access.resource == resource))
             };
             assert!(!members.iter().any(|&resource| in_closure(resource)), "closures are handed whole buffers");
         }

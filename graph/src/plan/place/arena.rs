@@ -50,12 +50,7 @@ impl Use {
 }
 
 /// Places all buffers among `items`: in arenas, or in objects of equal size where those take less.
-pub(super) fn buffers<'a>(
-    declaration: &Declaration,
-    order: &[usize],
-    steps: &[Range<usize>],
-    items: &'a [Item],
-) -> Vec<Lot<'a>> {
+pub(super) fn buffers<'a>(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], items: &'a [Item]) -> Vec<Lot<'a>> {
     let is_buffer = |item: &&Item| matches!(declaration.resources[item.resource].kind, ResourceKind::Buffer(_));
     let buffers: Vec<&Item> = items.iter().filter(is_buffer).collect();
     if buffers.is_empty() {
@@ -118,7 +113,7 @@ fn arenas(mut items: Vec<&Item>) -> Vec<Lot<'_>> {
 #[derive(Debug)]
 struct Uses {
     starts: Vec<usize>,
-    uses: Vec<(u32, Use)>,
+    found: Vec<(u32, Use)>,
     by_closure: Vec<bool>,
 }
 
@@ -155,17 +150,17 @@ impl Uses {
         for at in 2..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut uses = vec![(0, Use::No); found.len()];
+        let mut by_buffer = vec![(0, Use::No); found.len()];
         for (index, step, how) in found {
             let at = &mut starts[index as usize + 1];
-            uses[*at] = (step, how);
+            by_buffer[*at] = (step, how);
             *at += 1;
         }
-        Self { starts, uses, by_closure }
+        Self { starts, found: by_buffer, by_closure }
     }
 
     fn of(&self, index: usize) -> &[(u32, Use)] {
-        &self.uses[self.starts[index]..self.starts[index + 1]]
+        &self.found[self.starts[index]..self.starts[index + 1]]
     }
 }
 
@@ -178,9 +173,10 @@ mod tests {
     fn frame(bytes: &[u64], passes: &[(&[usize], &[usize])]) -> Declaration {
         let name = |resource: &usize| format!("r{resource}");
         let mut resources = vec![serde_json::json!({"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4})];
-        resources.extend((0..bytes.len()).map(|at| {
-            serde_json::json!({"name": name(&at), "kind": "buffer", "origin": "transient", "bytes": bytes[at]})
-        }));
+        resources.extend(
+            (0..bytes.len())
+                .map(|at| serde_json::json!({"name": name(&at), "kind": "buffer", "origin": "transient", "bytes": bytes[at]})),
+        );
         let passes: Vec<serde_json::Value> = (0..)
             .zip(passes)
             .map(|(at, (reads, writes))| {
