@@ -28,7 +28,8 @@ const FORMATS: [(&str, u64); 6] =
 
 impl Frame {
     fn new(name: String, seed: usize) -> Self {
-        let out = json!({"name": "out", "kind": "texture", "origin": "imported", "format": "rgba8unorm", "size": [1920, 1080, 1]});
+        let out =
+            json!({"name": "out", "kind": "texture", "origin": "imported", "format": "rgba8unorm", "size": [1920, 1080, 1]});
         let random = Random((seed as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         Self { name, resources: vec![out], passes: Vec::new(), random }
     }
@@ -36,7 +37,8 @@ impl Frame {
     fn texture(&mut self, format: usize, shift: usize, mips: usize) -> String {
         let name = format!("r{}", self.resources.len());
         let (format, size) = (FORMATS[format].0, [1920 >> shift, 1080 >> shift, 1]);
-        self.resources.push(json!({"name": name, "kind": "texture", "origin": "transient", "format": format, "size": size, "mips": mips}));
+        self.resources
+            .push(json!({"name": name, "kind": "texture", "origin": "transient", "format": format, "size": size, "mips": mips}));
         name
     }
 
@@ -63,7 +65,8 @@ impl Frame {
 
     fn pass(&mut self, reads: &[String], writes: &[(&str, bool)]) {
         let name = format!("p{}", self.passes.len());
-        let writes: Vec<Value> = writes.iter().map(|(resource, preserve)| json!({"resource": resource, "preserve": preserve})).collect();
+        let writes: Vec<Value> =
+            writes.iter().map(|(resource, preserve)| json!({"resource": resource, "preserve": preserve})).collect();
         self.passes.push(json!({"name": name, "kind": "compute", "reads": reads, "writes": writes}));
     }
 

@@ -28,9 +28,10 @@ fn main() {
     }
     let mut frames: Vec<Declaration> = Vec::new();
     for path in &arguments {
-        match std::fs::read_to_string(path).map_err(|error| error.to_string()).and_then(|json| {
-            Declaration::from_frame_json(&json).map_err(|error| error.to_string())
-        }) {
+        match std::fs::read_to_string(path)
+            .map_err(|error| error.to_string())
+            .and_then(|json| Declaration::from_frame_json(&json).map_err(|error| error.to_string()))
+        {
             Ok(frame) => frames.push(frame),
             Err(error) => {
                 eprintln!("{path}: {error}");

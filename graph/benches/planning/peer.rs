@@ -63,7 +63,8 @@ pub fn compile(frame: &Declaration) -> Compiled {
                     Handle::Texture(texture, view.into())
                 }
                 ResourceKind::Buffer(_) => {
-                    let desc = BufferDesc { label: resource.name.clone(), size: resource.bytes.max(4), usage: UsagePolicy::Infer };
+                    let desc =
+                        BufferDesc { label: resource.name.clone(), size: resource.bytes.max(4), usage: UsagePolicy::Infer };
                     Handle::Buffer(if imported {
                         let options = ImportBufferOptions::new(InitialContents::Defined);
                         recording.import_buffer(desc, options).expect("a sound buffer")

@@ -24,6 +24,7 @@ enum Shape {
 
 /// What a pass does. It reads some of the latest results and writes one more, or one of them again.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is drawn apart from the others")]
 struct Step {
     reads: Vec<usize>,
     again: Option<(usize, bool)>,
@@ -223,7 +224,7 @@ fn no_step_reads_and_writes_one_arena() {
         }
         for (slot, members) in slots(&plan).filter(|(slot, _)| slot.kind == SlotKind::Arena) {
             assert!(slot.bytes <= 256 << 20, "arenas are bounded");
-            assert!(members.iter().all(|&r| plan.offsets[r].unwrap() % 256 == 0), "ranges can be bound");
+            assert!(members.iter().all(|&r| plan.offsets[r].unwrap().is_multiple_of(256)), "ranges can be bound");
             let in_closure = |resource| {
                 plan.order
                     .iter()

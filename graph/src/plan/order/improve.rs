@@ -21,6 +21,9 @@ const GROUP: usize = 64;
 /// Units between both ends of a move, at most.
 const REACH: usize = 512;
 
+/// Bit of a count in [`State::count`]: the item is in use.
+const ALIVE: u32 = 1 << 31;
+
 /// An order with what follows from it.
 #[derive(Debug)]
 struct State<'a> {
@@ -209,7 +212,6 @@ impl<'a> State<'a> {
 
     /// Puts the group to the front or the back of a window, and keeps the move if it is the best so far.
     fn try_move(&mut self, group: &[u32], start: usize, end: usize, front: bool, best: &mut Option<Move>, left: &mut usize) {
-        // The side that need not be reached may be cut short; the group itself may not.
         if end - start > REACH || *left == 0 {
             return;
         }
@@ -245,8 +247,6 @@ impl<'a> State<'a> {
         for &item in units.iter().flat_map(|&unit| model.items.of(unit)) {
             self.count[item as usize] += 1;
         }
-        // A count's top bit: the item is in use.
-        const ALIVE: u32 = 1 << 31;
         for &unit in units {
             for &item in model.items.of(unit) {
                 let count = &mut self.count[item as usize];

@@ -93,15 +93,19 @@ mod tests {
 
     #[test]
     fn both_directions_end_one_chain_before_the_next_begins() {
-        let mut resources = vec![r#"{"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4}"#.to_owned()];
+        let imported = |name| format!(r#"{{"name": "{name}", "kind": "buffer", "origin": "imported", "bytes": 4}}"#);
+        let mut resources = vec![imported("out"), imported("side"), imported("aside")];
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for chain in 0..4 {
             resources.push(format!(r#"{{"name": "r{chain}", "kind": "buffer", "origin": "transient", "bytes": 100}}"#));
-            first.push(format!(r#"{{"name": "w{chain}", "kind": "compute", "writes": [{{"resource": "r{chain}"}}]}}"#));
+            let side = if chain == 0 { r#", {"resource": "side"}"# } else { "" };
+            first.push(format!(r#"{{"name": "w{chain}", "kind": "compute", "writes": [{{"resource": "r{chain}"}}{side}]}}"#));
             second.push(format!(
                 r#"{{"name": "u{chain}", "kind": "compute", "reads": ["r{chain}"], "writes": [{{"resource": "out", "preserve": true}}]}}"#
             ));
         }
+        // One that could come right after the first, and brings or frees nothing.
+        first.push(r#"{"name": "idle", "kind": "compute", "reads": ["side"], "writes": [{"resource": "aside"}]}"#.to_owned());
         first.append(&mut second);
         let (resources, passes) = (resources.join(","), first.join(","));
         let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{passes}]}}"#);
@@ -110,8 +114,8 @@ mod tests {
         let edges = dependencies::dependencies(&declaration, &cells, |_| true);
         let units = merge::merge(&declaration, &cull::cull(&declaration, &cells, &edges).0);
         let model = Model::new(&declaration, &units, &unit_edges(&declaration, &units, &edges)).unwrap();
-        // The consumers add to one result, so they keep their order.
-        assert_eq!(schedule(&model, Direction::Forward), [0, 4, 1, 5, 2, 6, 3, 7]);
-        assert_eq!(schedule(&model, Direction::Backward), [0, 4, 1, 5, 2, 6, 3, 7]);
+        // The consumers add to one result, so they keep their order. What frees comes before what does nothing.
+        assert_eq!(schedule(&model, Direction::Forward), [0, 5, 4, 1, 6, 2, 7, 3, 8]);
+        assert_eq!(schedule(&model, Direction::Backward), [0, 5, 1, 6, 2, 7, 3, 8, 4]);
     }
 }

@@ -113,7 +113,7 @@ fn arenas(mut items: Vec<&Item>) -> Vec<Lot<'_>> {
 #[derive(Debug)]
 struct Uses {
     starts: Vec<usize>,
-    uses: Vec<(u32, Use)>,
+    found: Vec<(u32, Use)>,
     by_closure: Vec<bool>,
 }
 
@@ -150,17 +150,17 @@ impl Uses {
         for at in 2..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut uses = vec![(0, Use::No); found.len()];
+        let mut by_buffer = vec![(0, Use::No); found.len()];
         for (index, step, how) in found {
             let at = &mut starts[index as usize + 1];
-            uses[*at] = (step, how);
+            by_buffer[*at] = (step, how);
             *at += 1;
         }
-        Self { starts, uses, by_closure }
+        Self { starts, found: by_buffer, by_closure }
     }
 
     fn of(&self, index: usize) -> &[(u32, Use)] {
-        &self.uses[self.starts[index]..self.starts[index + 1]]
+        &self.found[self.starts[index]..self.starts[index + 1]]
     }
 }
 

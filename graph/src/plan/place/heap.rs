@@ -17,7 +17,7 @@ pub(in super::super) fn heaps<'a>(
     let mut heaps: Vec<(u32, Vec<&Item>, Vec<pack::Block>)> = Vec::new();
     for item in items {
         let need = needs(item.resource, item.usage);
-        if item.bytes == 0 || need.bytes == 0 || is_transient_attachment(declaration, item) {
+        if item.bytes == 0 || is_transient_attachment(declaration, item) {
             lots.push(Lot::object(item));
             continue;
         }

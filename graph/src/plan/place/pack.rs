@@ -52,6 +52,9 @@ const EFFORT: usize = 1024;
 /// … and so many times as many while the height is more than a hundredth above the bound.
 const MORE: usize = 3;
 
+/// What blocks are sorted by, largest first.
+type Key = fn(&Block) -> (u64, u64);
+
 /// Packs blocks sorted by their first position.
 pub(super) fn pack(blocks: &[Block]) -> Packing {
     let bound = bound(blocks);
@@ -62,7 +65,7 @@ pub(super) fn pack(blocks: &[Block]) -> Packing {
         return best;
     }
     let Some(mut packer) = Packer::new(blocks) else { return best };
-    let keys: [fn(&Block) -> (u64, u64); 3] = [
+    let keys: [Key; 3] = [
         |block| (block.bytes, block.duration()),
         |block| (block.bytes.saturating_mul(block.duration()), block.bytes),
         |block| (block.duration(), block.bytes),
@@ -303,7 +306,7 @@ mod tests {
             let packing = pack(blocks);
             for (n, a) in blocks.iter().enumerate() {
                 let offset = packing.offsets[n];
-                assert!(offset % a.align == 0 && offset + a.bytes <= packing.height, "aligned and inside");
+                assert!(offset.is_multiple_of(a.align) && offset + a.bytes <= packing.height, "aligned and inside");
                 for (b, &other) in blocks[..n].iter().zip(&packing.offsets) {
                     let meet = a.first <= b.last && b.first <= a.last;
                     assert!(!meet || offset + a.bytes <= other || other + b.bytes <= offset, "{a:?} and {b:?} overlap");

@@ -9,10 +9,10 @@
 //!
 //! Among resources of equal description, each takes a free object by time of first use; that needs no more objects than are
 //! alive at once. A texture may also serve one with fewer mips or layers: there the largest choose first, and the small move
-//! into the times they leave. That is not always better, so each group of textures that could serve each other is tried both
-//! ways. It costs no group more than equal descriptions would.
+//! into the times they leave. An object is added only when all those of the same description are busy, so this never takes
+//! more than equal descriptions would.
 
-use super::{Item, Lot, bytes, is_transient_attachment};
+use super::{Item, Lot, is_transient_attachment};
 use crate::{
     TextureDesc,
     declaration::{Declaration, ResourceKind},
@@ -51,9 +51,7 @@ pub(super) fn textures<'a>(declaration: &'a Declaration, items: impl Iterator<It
             lots.extend(in_turn(group));
             continue;
         }
-        let equal: Vec<Lot<'_>> = groups(group.iter().copied(), |item| room(item)).into_iter().flat_map(in_turn).collect();
-        let nested = largest_first(group, room);
-        lots.extend(if bytes(&nested) < bytes(&equal) { nested } else { equal });
+        lots.extend(largest_first(group, room));
     }
     lots
 }
@@ -166,8 +164,8 @@ fn in_turn(items: Vec<&Item>) -> Vec<Lot<'_>> {
     lots
 }
 
-/// The largest first; each takes the first object that is free over its life and has room for it.
-fn largest_first<'a>(mut items: Vec<&'a Item>, room: impl Fn(&Item) -> Room) -> Vec<Lot<'a>> {
+/// The largest first, equal ones by first use; each takes the first object that is free over its life and has room for it.
+fn largest_first(mut items: Vec<&Item>, room: impl Fn(&Item) -> Room) -> Vec<Lot<'_>> {
     items.sort_by_key(|&item| (Reverse(room(item)), item.lifetime.first));
     let mut lots: Vec<Lot<'_>> = Vec::new();
     // Per lot: its room, and the lives it holds, sorted.
@@ -183,12 +181,11 @@ fn largest_first<'a>(mut items: Vec<&'a Item>, room: impl Fn(&Item) -> Room) -> 
             }
             fits
         });
-        match found {
-            Some(lot) => lots[lot].members.push((item, 0)),
-            None => {
-                lots.push(Lot::object(item));
-                held.push((wanted, vec![life]));
-            }
+        if let Some(lot) = found {
+            lots[lot].members.push((item, 0));
+        } else {
+            lots.push(Lot::object(item));
+            held.push((wanted, vec![life]));
         }
     }
     lots
