@@ -39,7 +39,7 @@ pub fn compile(frame: &Declaration) -> Compiled {
                 ResourceKind::Texture(desc) => {
                     let [width, height, depth_or_array_layers] = desc.size;
                     let desc = TextureDesc {
-                        label: resource.name.clone(),
+                        label: resource.name.to_string(),
                         size: wgpu::Extent3d { width, height, depth_or_array_layers },
                         mip_level_count: desc.mip_level_count,
                         sample_count: desc.sample_count,
@@ -64,7 +64,7 @@ pub fn compile(frame: &Declaration) -> Compiled {
                 }
                 ResourceKind::Buffer(_) => {
                     let desc =
-                        BufferDesc { label: resource.name.clone(), size: resource.bytes.max(4), usage: UsagePolicy::Infer };
+                        BufferDesc { label: resource.name.to_string(), size: resource.bytes.max(4), usage: UsagePolicy::Infer };
                     Handle::Buffer(if imported {
                         let options = ImportBufferOptions::new(InitialContents::Defined);
                         recording.import_buffer(desc, options).expect("a sound buffer")
@@ -78,8 +78,8 @@ pub fn compile(frame: &Declaration) -> Compiled {
     let mut written = vec![false; frame.resources.len()];
     for pass in &frame.passes {
         let mut builder = match pass.kind {
-            PassKind::Compute | PassKind::Raytrace => recording.compute_pass(pass.name.as_str()),
-            _ => recording.command_pass(pass.name.as_str()),
+            PassKind::Compute | PassKind::Raytrace => recording.compute_pass(&*pass.name),
+            _ => recording.command_pass(&*pass.name),
         };
         builder.set_side_effect(pass.side_effect);
         for access in &pass.accesses {
@@ -111,10 +111,10 @@ fn declare<'f>(builder: &mut PassBuilder<'_, 'f>, handle: &Handle<'f>, read: boo
         (Handle::Texture(_, target), true) => drop(builder.sampled_texture(*target).expect("a sound read")),
         (Handle::Texture(_, target), false) => drop(builder.storage_texture_write(*target, contents).expect("a sound write")),
         (Handle::Buffer(buffer), true) => {
-            drop(builder.storage_buffer_read(*buffer, BufferRange::whole()).expect("a sound read"));
+            let _ = builder.storage_buffer_read(*buffer, BufferRange::whole()).expect("a sound read");
         }
         (Handle::Buffer(buffer), false) => {
-            drop(builder.storage_buffer_write(*buffer, BufferRange::whole(), contents).expect("a sound write"));
+            let _ = builder.storage_buffer_write(*buffer, BufferRange::whole(), contents).expect("a sound write");
         }
     }
 }

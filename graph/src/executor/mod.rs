@@ -296,7 +296,12 @@ impl Executor {
         self.gate.alive()?;
         graph.check()?;
         let started = Instant::now();
-        let options = PlanOptions { sharing: self.sharing, order: self.order, transient_attachments: self.transient_attachments };
+        let options = PlanOptions {
+            sharing: self.sharing,
+            order: self.order,
+            transient_attachments: self.transient_attachments,
+            only_own_bytes: true,
+        };
         let planned = self.plans.get(&graph.declaration, options)?;
         self.replanned.clone_from(&planned.reason);
         let plan_us = started.elapsed().as_secs_f64() * 1e6;

@@ -40,21 +40,36 @@ const LINKS: usize = 6;
 struct Chains<'a> {
     declaration: &'a Declaration,
     cells: &'a Cells,
-    /// Per cell: the passes that use it, in recorded order, with whether they see earlier contents.
-    uses: Vec<Vec<(usize, bool)>>,
+    /// Cell by cell: the passes that use it, in recorded order, with whether they see earlier contents.
+    uses: Vec<(u32, bool)>,
+    /// Where each cell's uses begin, and the end of the last.
+    starts: Vec<u32>,
 }
 
 impl<'a> Chains<'a> {
     fn new(declaration: &'a Declaration, cells: &'a Cells) -> Self {
-        let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); cells.len()];
-        for (index, pass) in declaration.passes.iter().enumerate() {
-            for access in &pass.accesses {
-                for cell in cells.of(access) {
-                    uses[cell].push((index, access.read || access.write != Write::Overwrite));
-                }
+        let accesses =
+            || declaration.passes.iter().enumerate().flat_map(|(pass, decl)| decl.accesses.iter().map(move |a| (pass, a)));
+        // Counts, then a running sum; the second round moves each start to its cell's end, the next one's start.
+        let mut starts = vec![0_u32; cells.len() + 2];
+        for (_, access) in accesses() {
+            cells.of(access).for_each(|cell| starts[cell + 2] += 1);
+        }
+        for cell in 2..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let mut uses = vec![(0, false); starts.last().map_or(0, |&end| end as usize)];
+        for (pass, access) in accesses() {
+            for cell in cells.of(access) {
+                uses[starts[cell + 1] as usize] = (pass as u32, access.read || access.write != Write::Overwrite);
+                starts[cell + 1] += 1;
             }
         }
-        Self { declaration, cells, uses }
+        Self { declaration, cells, uses, starts }
+    }
+
+    fn uses(&self, cell: usize) -> &[(u32, bool)] {
+        &self.uses[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
     fn name(&self, pass: usize) -> &str {
@@ -110,13 +125,14 @@ impl<'a> Chains<'a> {
         for access in self.declaration.passes[pass].accesses.iter().filter(|access| access.writes()) {
             let mut fate = Fate::Unread;
             for cell in self.cells.of(access) {
-                let after = self.uses[cell].partition_point(|&(other, _)| other <= pass);
-                let found = match self.uses[cell].get(after) {
+                let uses = self.uses(cell);
+                let after = &uses[uses.partition_point(|&(other, _)| other as usize <= pass)..];
+                let found = match after.first() {
                     None => Fate::Unread,
-                    Some(&(by, false)) => Fate::Overwritten(by),
+                    Some(&(by, false)) => Fate::Overwritten(by as usize),
                     Some(&(by, true)) => {
-                        let readers = self.uses[cell][after..].iter().take_while(|(_, sees)| *sees);
-                        Fate::Read(by, readers.filter(|(other, _)| *other != by).count())
+                        let readers = after.iter().take_while(|(_, sees)| *sees);
+                        Fate::Read(by as usize, readers.filter(|(other, _)| *other != by).count())
                     }
                 };
                 if matches!(fate, Fate::Unread) || matches!((&fate, &found), (Fate::Overwritten(_), Fate::Read(..))) {

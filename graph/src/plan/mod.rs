@@ -28,6 +28,8 @@ pub struct PlanOptions {
     pub order: PassOrder,
     /// Whether attachments that never leave their render pass take transient memory (the adapter has such).
     pub transient_attachments: bool,
+    /// Whether to leave out the bytes of the ways of sharing that the plan does not take: they are 0 in [`Memory`] then.
+    pub only_own_bytes: bool,
 }
 
 impl PlanOptions {
@@ -183,11 +185,13 @@ pub fn plan_with_needs(
         merge::transient_attachments(declaration, &lifetimes, &steps, &mut usages);
     }
     let items = place::items(declaration, &lifetimes, &usages);
-    let merged = place::merged(declaration, &order, &steps, &items);
-    let heaps = place::heaps(declaration, &items, needs);
+    let wants = |sharing| options.sharing == sharing || !options.only_own_bytes;
+    let goal = recorded.iter().copied().max().unwrap_or(0);
+    let merged = wants(Sharing::Merged).then(|| place::merged(declaration, &order, &steps, &items)).unwrap_or_default();
+    let heaps = wants(Sharing::Placed).then(|| place::heaps(declaration, &items, needs, goal)).unwrap_or_default();
     let mut memory = Memory {
         unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),
-        peak_live_bytes: recorded.iter().copied().max().unwrap_or(0),
+        peak_live_bytes: goal,
         ordered_peak_live_bytes: live_bytes.iter().copied().max().unwrap_or(0),
         pooled_bytes: place::bytes(&merged),
         placed_bytes: place::bytes(&heaps),

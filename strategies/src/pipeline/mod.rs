@@ -183,7 +183,7 @@ impl FrameReadbacks {
             rendered.add_stats(names, &output.cast::<u32>(readback));
         }
         add_times(&mut rendered.passes, output.passes.iter().map(|pass| (&*pass.name, pass.gpu_ms)));
-        if output.memory.pooled_bytes >= rendered.memory.pooled_bytes {
+        if output.memory.allocated_bytes >= rendered.memory.allocated_bytes {
             rendered.memory = output.memory;
         }
         rendered.timing = output.timing_source;

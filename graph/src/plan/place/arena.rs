@@ -94,7 +94,7 @@ fn arenas(mut items: Vec<&Item>) -> Vec<Lot<'_>> {
         let blocks: Vec<pack::Block> = items.iter().map(|item| item.block(item.bytes, ALIGN)).collect();
         let mut lot = Lot { kind: SlotKind::Arena, bytes: 0, members: Vec::with_capacity(items.len()) };
         let mut left = Vec::new();
-        for (item, offset) in items.into_iter().zip(pack::pack(&blocks).offsets) {
+        for (item, offset) in items.into_iter().zip(pack::pack(&blocks, u64::MAX).offsets) {
             let end = offset.saturating_add(item.bytes);
             if end <= LARGEST_ARENA {
                 lot.bytes = lot.bytes.max(end);

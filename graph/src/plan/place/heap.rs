@@ -6,11 +6,12 @@
 use super::{Item, Lot, Need, SlotKind, is_transient_attachment, pack};
 use crate::declaration::Declaration;
 
-/// Places all items.
+/// Places all items; more effort is spent while they take more than `goal` bytes.
 pub(in super::super) fn heaps<'a>(
     declaration: &Declaration,
     items: &'a [Item],
     needs: &dyn Fn(usize, u32) -> Need,
+    goal: u64,
 ) -> Vec<Lot<'a>> {
     let mut lots = Vec::new();
     // By class; few differ.
@@ -32,7 +33,7 @@ pub(in super::super) fn heaps<'a>(
     }
     heaps.sort_by_key(|(class, ..)| *class);
     for (_, members, blocks) in heaps {
-        let packing = pack::pack(&blocks);
+        let packing = pack::pack(&blocks, goal);
         let members = members.into_iter().zip(packing.offsets).collect();
         lots.push(Lot { kind: SlotKind::Heap, bytes: packing.height, members });
     }

@@ -49,14 +49,16 @@ const FEW: usize = 512;
 const CROWD: usize = 512;
 /// How many blocks are placed in search of a lower height: this many, and each once …
 const EFFORT: usize = 1024;
-/// … and so many times as many while the height is more than a hundredth above the bound.
+/// … and so many times as many while the height is more than a hundredth above the bound, …
 const MORE: usize = 3;
+/// … and as many again as this while it is above the caller's goal.
+const MOST: usize = 12;
 
 /// What blocks are sorted by, largest first.
 type Key = fn(&Block) -> (u64, u64);
 
-/// Packs blocks sorted by their first position.
-pub(super) fn pack(blocks: &[Block]) -> Packing {
+/// Packs blocks sorted by their first position, with more effort while the height is above `goal`.
+pub(super) fn pack(blocks: &[Block], goal: u64) -> Packing {
     let bound = bound(blocks);
     let mut by_time: Vec<u32> = (0..blocks.len() as u32).collect();
     by_time.sort_by_key(|&block| (blocks[block as usize].first, Reverse(blocks[block as usize].bytes)));
@@ -92,7 +94,14 @@ pub(super) fn pack(blocks: &[Block]) -> Packing {
             };
             spent += placed;
             let near = best.height.saturating_sub(bound) <= bound / 100;
-            if best.height <= bound || spent >= enough * if near { 1 } else { MORE } {
+            let times = if best.height > goal {
+                MOST
+            } else if near {
+                1
+            } else {
+                MORE
+            };
+            if best.height <= bound || spent >= enough * times {
                 return best;
             }
         }
@@ -272,9 +281,9 @@ mod tests {
 
     #[test]
     fn blocks_whose_lives_are_apart_share_an_offset() {
-        let packing = pack(&[block(0, 1, 512), block(1, 2, 256), block(2, 3, 512)]);
+        let packing = pack(&[block(0, 1, 512), block(1, 2, 256), block(2, 3, 512)], u64::MAX);
         assert_eq!(packing, Packing { offsets: vec![0, 512, 0], height: 768 });
-        assert_eq!(pack(&[]), Packing { offsets: vec![], height: 0 });
+        assert_eq!(pack(&[], u64::MAX), Packing { offsets: vec![], height: 0 });
     }
 
     #[test]
@@ -285,7 +294,7 @@ mod tests {
         let bound = bound(&blocks);
         assert_eq!(bound, 1536);
         assert!(in_order_of_time(&blocks, &by_time).height > bound, "the example shows something");
-        assert_eq!(pack(&blocks).height, bound);
+        assert_eq!(pack(&blocks, u64::MAX).height, bound);
     }
 
     #[test]
@@ -303,7 +312,7 @@ mod tests {
             .collect();
         blocks.sort_by_key(|block| block.first);
         for blocks in [&blocks[..], &blocks[..FEW / 2]] {
-            let packing = pack(blocks);
+            let packing = pack(blocks, u64::MAX);
             for (n, a) in blocks.iter().enumerate() {
                 let offset = packing.offsets[n];
                 assert!(offset.is_multiple_of(a.align) && offset + a.bytes <= packing.height, "aligned and inside");
