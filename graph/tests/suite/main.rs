@@ -5,6 +5,7 @@
 
 mod execution;
 mod frames;
+mod fuzzed;
 mod planning;
 mod random;
 mod refusals;
