@@ -2,7 +2,7 @@
 
 use super::invariants::check;
 use lightloom_graph::{
-    Buffer, BufferDesc, ComputeShader, Graph, Handle, Load, PlanOptions, RasterShader, Texture, TextureDesc,
+    Buffer, BufferDesc, ComputeShader, Graph, Handle, Load, PlanOptions, RasterShader, Resource, Texture, TextureDesc,
     wgpu::{TextureFormat, TextureUsages},
 };
 use std::sync::OnceLock;
@@ -73,135 +73,199 @@ fn shaders() -> &'static Shaders {
     })
 }
 
-fn buffer_desc(bytes: &mut Bytes<'_>) -> BufferDesc {
+fn buffer_desc(bytes: &mut Bytes<'_>, careful: bool) -> BufferDesc {
     match bytes.next() {
         // Far more than there is.
         255 => BufferDesc::bytes(u64::MAX - u64::from(bytes.next())),
-        n => BufferDesc::bytes(u64::from(n % 8) * 100),
+        n => BufferDesc::bytes(u64::from(n % 8 + u8::from(careful)) * 100),
     }
 }
 
-fn texture_desc(bytes: &mut Bytes<'_>) -> TextureDesc {
+fn texture_desc(bytes: &mut Bytes<'_>, careful: bool) -> TextureDesc {
     let number = bytes.next();
-    let size = [u32::from(number % 4) * 8, u32::from(number / 4 % 2) + 4];
-    let format = if number / 8 % 8 == 7 { TextureFormat::Depth32Float } else { TextureFormat::R32Uint };
+    let size = [u32::from(number % 4 + u8::from(careful)) * 8, u32::from(number / 4 % 2) + 4];
+    let format = if number / 8 % 4 == 3 { TextureFormat::Depth32Float } else { TextureFormat::R32Uint };
     let desc = TextureDesc::new_2d(size, format);
-    match number / 64 {
-        2 => desc.mip_levels(3),
-        3 => desc.layers(if number % 8 == 1 { u32::MAX } else { 2 }),
+    match number / 32 {
+        6 => desc.mip_levels(3),
+        7 => desc.layers(if number % 8 == 1 { u32::MAX } else { 2 }),
         _ => desc,
     }
 }
 
-/// The handles so far; a few of another graph among them.
-struct Handles {
-    buffers: Vec<Handle<Buffer>>,
-    textures: Vec<Handle<Texture>>,
+/// A handle and what a careful caller knows of it.
+struct Known<T: Resource> {
+    handle: Handle<T>,
+    written: bool,
+    previous: bool,
 }
 
-/// Two of a list, the second to be written; `None` where there are no two.
-fn two<'a, T>(items: &'a mut [T], bytes: &mut Bytes<'_>) -> Option<(&'a T, &'a mut T)> {
-    let (a, b) = (bytes.index(items.len()), bytes.index(items.len()));
-    let [first, second] = items.get_disjoint_mut([a, b]).ok()?;
-    Some((first, second))
+impl<T: Resource> Known<T> {
+    fn new(handle: Handle<T>) -> Self {
+        Self { handle, written: false, previous: false }
+    }
+
+    fn pair(pair: lightloom_graph::History<T>) -> [Self; 2] {
+        let previous = Self { handle: pair.previous, written: true, previous: true };
+        [previous, Self::new(pair.current)]
+    }
 }
 
-/// Declares what the bytes say; what is accepted is planned.
-pub(crate) fn declaration(bytes: &[u8]) {
+/// One of the items that pass, or of all for a careless caller.
+fn pick<T>(items: &[T], bytes: &mut Bytes<'_>, careful: bool, passes: impl Fn(&T) -> bool) -> Option<usize> {
+    let fitting: Vec<usize> = (0..items.len()).filter(|&index| !careful || passes(&items[index])).collect();
+    fitting.get(bytes.index(fitting.len())).copied()
+}
+
+/// One to write; it counts as written from now on.
+fn goal<'a, T: Resource>(
+    items: &'a mut [Known<T>],
+    bytes: &mut Bytes<'_>,
+    careful: bool,
+    fits: impl Fn(&T::Desc) -> bool,
+) -> Option<&'a mut Handle<T>> {
+    let index = pick(items, bytes, careful, |item| !item.previous && fits(item.handle.desc()))?;
+    items[index].written = true;
+    Some(&mut items[index].handle)
+}
+
+/// One to read.
+fn source<'a, T: Resource>(items: &'a [Known<T>], bytes: &mut Bytes<'_>, careful: bool) -> Option<&'a Handle<T>> {
+    pick(items, bytes, careful, |item| item.written).map(|index| &items[index].handle)
+}
+
+/// One to read and another to write, of descriptions that fit.
+fn two<'a, T: Resource>(
+    items: &'a mut [Known<T>],
+    bytes: &mut Bytes<'_>,
+    careful: bool,
+    fits: impl Fn(&T::Desc, &T::Desc) -> bool,
+) -> Option<(&'a Handle<T>, &'a mut Handle<T>)> {
+    let from = pick(items, bytes, careful, |item| item.written && fits(item.handle.desc(), item.handle.desc()))?;
+    let desc = items[from].handle.desc().clone();
+    let to = pick(items, bytes, careful, |item| !item.previous && fits(&desc, item.handle.desc()))?;
+    let [first, second] = items.get_disjoint_mut([from, to]).ok()?;
+    second.written = true;
+    Some((&first.handle, &mut second.handle))
+}
+
+/// One layer, one mip level, whole numbers.
+fn flat(desc: &TextureDesc) -> bool {
+    desc.size[2] == 1 && desc.mip_level_count == 1 && desc.format == TextureFormat::R32Uint
+}
+
+/// A frame in the making.
+struct Frame<'f> {
+    graph: Graph<'f>,
+    buffers: Vec<Known<Buffer>>,
+    textures: Vec<Known<Texture>>,
+    /// Whether calls are chosen that are likely to be accepted.
+    careful: bool,
+}
+
+/// Declares what the bytes say; what is accepted is planned. Whether it could be.
+pub(crate) fn declaration(bytes: &[u8]) -> bool {
     let bytes = &mut Bytes(bytes);
-    let mut other = Graph::new("other");
+    let careful = bytes.next() % 4 > 0;
     let mut graph = Graph::new("fuzz");
+    let mut other = Graph::new("other");
     let desc = TextureDesc::new_2d([8, 4], TextureFormat::R32Uint);
-    let mut handles = Handles {
-        buffers: vec![other.import_buffer("foreign", BufferDesc::words(4), None)],
-        textures: vec![other.import_texture("foreign", desc.clone(), None)],
-    };
-    if bytes.next() % 8 > 0 {
-        // Frames without foreign handles are seldom refused.
-        handles = Handles {
-            buffers: vec![graph.import_buffer("imported", BufferDesc::bytes(100), None)],
-            textures: vec![graph.import_texture("imported", desc, None)],
-        };
-    }
+    // Careless callers have handles of another graph.
+    let owner = if careful { &mut graph } else { &mut other };
+    let buffer = owner.import_buffer("imported", BufferDesc::bytes(100), None);
+    let texture = owner.import_texture("imported", desc, None);
+    let buffers = vec![Known { written: true, ..Known::new(buffer) }];
+    let textures = vec![Known { written: true, ..Known::new(texture) }];
+    let mut frame = Frame { graph, buffers, textures, careful };
     while !bytes.0.is_empty() {
-        call(&mut graph, &mut handles, bytes);
+        // `None`: there was nothing to call it with.
+        let _: Option<()> = frame.call(bytes);
     }
-    let planned = graph.plan(&PlanOptions::default());
-    match graph.declaration() {
+    let planned = frame.graph.plan(&PlanOptions::default());
+    match frame.graph.declaration() {
         Ok(declaration) => check(&declaration),
-        Err(error) => assert_eq!(planned.err(), Some(error), "a frame with mistakes is not planned"),
+        Err(error) => {
+            assert_eq!(planned.err(), Some(error), "a frame with mistakes is not planned");
+            false
+        }
     }
 }
 
-fn call(graph: &mut Graph<'_>, Handles { buffers, textures }: &mut Handles, bytes: &mut Bytes<'_>) {
-    let name = ["a", "b", "b#2", "", "clear b"][bytes.index(5)];
-    match bytes.next() % 20 {
-        0 | 1 => buffers.push(graph.buffer(name, buffer_desc(bytes))),
-        2 | 3 => textures.push(graph.texture(name, texture_desc(bytes))),
-        4 => {
-            let pair = graph.history_buffer(name, buffer_desc(bytes));
-            buffers.extend([pair.previous, pair.current]);
+impl Frame<'_> {
+    fn call(&mut self, bytes: &mut Bytes<'_>) -> Option<()> {
+        let Self { graph, buffers, textures, careful } = self;
+        let careful = *careful;
+        let name = ["a", "b", "b#2", "", "clear b"][bytes.index(5)];
+        match bytes.next() % 20 {
+            0 | 1 => buffers.push(Known::new(graph.buffer(name, buffer_desc(bytes, careful)))),
+            2 | 3 => textures.push(Known::new(graph.texture(name, texture_desc(bytes, careful)))),
+            4 => buffers.extend(Known::pair(graph.history_buffer(name, buffer_desc(bytes, careful)))),
+            5 => textures.extend(Known::pair(graph.history_texture(name, texture_desc(bytes, careful)))),
+            6 | 7 => {
+                let (from, to) = two(buffers, bytes, careful, |_, _| true)?;
+                let pass = graph.compute(&shaders().words);
+                let pass = if !careful && bytes.rarely(16) { pass } else { pass.read("a", from) };
+                let pass = if bytes.rarely(8) { pass.pinned() } else { pass };
+                pass.write(if !careful && bytes.rarely(16) { "gaol" } else { "goal" }, to).dispatch_1d(64);
+            }
+            8 => {
+                let index = pick(buffers, bytes, careful, |item| item.written && !item.previous)?;
+                graph.compute(&shaders().update).name(name).write("goal", &mut buffers[index].handle).dispatch_1d(64);
+            }
+            9 | 10 => {
+                let (from, to) = two(textures, bytes, careful, |a, b| flat(a) && flat(b))?;
+                graph.compute(&shaders().texels).read("a", from).write("goal", to).dispatch_threads([8, 4, 1]);
+            }
+            11 => {
+                let to = goal(textures, bytes, careful, flat)?;
+                graph.raster(&shaders().draw).color("color", to, Load::Clear([0.0; 4])).draw(3, 1);
+            }
+            12 => {
+                let index = pick(textures, bytes, careful, |item| item.written && !item.previous && flat(item.handle.desc()))?;
+                graph.raster(&shaders().draw).color("color", &mut textures[index].handle, Load::Keep).draw(3, 1);
+            }
+            13 => {
+                let color = pick(textures, bytes, careful, |item| !item.previous && flat(item.handle.desc()))?;
+                let desc = textures[color].handle.desc().clone();
+                let depth = pick(textures, bytes, careful, |item| {
+                    let other = item.handle.desc();
+                    let depth = other.format == TextureFormat::Depth32Float && other.mip_level_count == 1;
+                    !item.previous && depth && other.size == desc.size
+                })?;
+                let [color, depth] = textures.get_disjoint_mut([color, depth]).ok()?;
+                (color.written, depth.written) = (true, true);
+                let pass = graph.raster(&shaders().draw).color("color", &mut color.handle, Load::Clear([0.0; 4]));
+                pass.depth(&mut depth.handle, Load::ClearDepth(1.0)).draw(3, 1);
+            }
+            14 => {
+                let (from, to) = two(buffers, bytes, careful, |_, _| true)?;
+                let pass = graph.closure(name).read(from).write(to);
+                let pass = if bytes.rarely(4) { pass.side_effect() } else { pass };
+                pass.record(|_| Ok(()));
+            }
+            15 => {
+                let (from, to) = two(textures, bytes, careful, |_, _| true)?;
+                let pass = graph.closure(name).read_as(from, TextureUsages::TEXTURE_BINDING);
+                pass.write_as(to, TextureUsages::RENDER_ATTACHMENT).heavy().record(|_| Ok(()));
+            }
+            16 => graph.clear_buffer(goal(buffers, bytes, careful, |_| true)?),
+            17 if bytes.rarely(2) => {
+                let (from, to) = two(buffers, bytes, careful, |a, b| a == b)?;
+                graph.copy_buffer(from, to);
+            }
+            17 => {
+                let (from, to) = two(textures, bytes, careful, |a, b| a == b)?;
+                graph.copy_texture(from, to);
+            }
+            18 if bytes.rarely(2) => {
+                graph.readback_buffer(source(buffers, bytes, careful)?);
+            }
+            18 => {
+                graph.readback_texture(source(textures, bytes, careful)?);
+            }
+            _ if bytes.rarely(2) => graph.keep(source(buffers, bytes, careful)?),
+            _ => graph.keep(source(textures, bytes, careful)?),
         }
-        5 => {
-            let pair = graph.history_texture(name, texture_desc(bytes));
-            textures.extend([pair.previous, pair.current]);
-        }
-        6 | 7 => {
-            let Some((from, to)) = two(buffers, bytes) else { return };
-            let pass = graph.compute(&shaders().words);
-            let pass = if bytes.rarely(16) { pass } else { pass.read("a", from) };
-            let pass = if bytes.rarely(16) { pass.pinned() } else { pass };
-            pass.write(if bytes.rarely(16) { "gaol" } else { "goal" }, to).dispatch_1d(64);
-        }
-        8 => {
-            let index = bytes.index(buffers.len());
-            graph.compute(&shaders().update).name(name).write("goal", &mut buffers[index]).dispatch_1d(64);
-        }
-        9 | 10 => {
-            let Some((from, to)) = two(textures, bytes) else { return };
-            graph.compute(&shaders().texels).read("a", from).write("goal", to).dispatch_threads([8, 4, 1]);
-        }
-        11 | 12 => {
-            let index = bytes.index(textures.len());
-            let load = if bytes.rarely(3) { Load::Keep } else { Load::Clear([0.0; 4]) };
-            graph.raster(&shaders().draw).color("color", &mut textures[index], load).draw(3, 1);
-        }
-        13 => {
-            let Some((color, depth)) = two(textures, bytes) else { return };
-            let _ = color;
-            graph.raster(&shaders().draw).depth(depth, Load::ClearDepth(1.0)).draw(3, 1);
-        }
-        14 => {
-            let Some((from, to)) = two(buffers, bytes) else { return };
-            let pass = graph.closure(name).read(from).write(to);
-            let pass = if bytes.rarely(4) { pass.side_effect() } else { pass };
-            pass.record(|_| Ok(()));
-        }
-        15 => {
-            let Some((from, to)) = two(textures, bytes) else { return };
-            let pass = graph.closure(name).read_as(from, TextureUsages::TEXTURE_BINDING);
-            pass.write_as(to, TextureUsages::RENDER_ATTACHMENT).heavy().record(|_| Ok(()));
-        }
-        16 => {
-            let index = bytes.index(buffers.len());
-            graph.clear_buffer(&mut buffers[index]);
-        }
-        17 => match (bytes.rarely(2), two(buffers, bytes), two(textures, bytes)) {
-            (true, Some((from, to)), _) => graph.copy_buffer(from, to),
-            (false, _, Some((from, to))) => graph.copy_texture(from, to),
-            _ => {}
-        },
-        18 => {
-            let (buffer, texture) = (bytes.index(buffers.len()), bytes.index(textures.len()));
-            if bytes.rarely(2) {
-                graph.readback_buffer(&buffers[buffer])
-            } else {
-                graph.readback_texture(&textures[texture])
-            };
-        }
-        _ => {
-            let (buffer, texture) = (bytes.index(buffers.len()), bytes.index(textures.len()));
-            if bytes.rarely(2) { graph.keep(&buffers[buffer]) } else { graph.keep(&textures[texture]) }
-        }
+        Some(())
     }
 }

@@ -17,6 +17,7 @@ mod tests {
         prop_oneof,
         test_runner::{RngSeed, TestRunner},
     };
+    use std::cell::Cell;
 
     static FRAME: &str = r#"{"frame": "f", "resources": [
         {"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4},
@@ -48,7 +49,8 @@ mod tests {
 
     #[test]
     fn frames_and_mutations_of_them() {
-        frame_json(FRAME.as_bytes());
+        assert!(frame_json(FRAME.as_bytes()), "the frame itself is sound");
+        let planned = Cell::new(0);
         // Words and numbers of the frame replaced, so that most of what comes out is JSON and some of it a frame.
         let words: Vec<(usize, &str)> = FRAME
             .split(|c: char| !c.is_ascii_alphanumeric())
@@ -65,10 +67,11 @@ mod tests {
                     let (at, word) = words[word];
                     text.replace_range(at..at + word.len(), &patch);
                 }
-                frame_json(text.as_bytes());
+                planned.set(planned.get() + u32::from(frame_json(text.as_bytes())));
                 Ok(())
             })
             .unwrap();
+        assert!(planned.get() > 100, "only {} of 400 were planned", planned.get());
     }
 
     #[test]
@@ -83,11 +86,13 @@ mod tests {
 
     #[test]
     fn sequences_of_calls() {
+        let planned = Cell::new(0);
         runner(600)
             .run(&vec(any::<u8>(), 0..300), |bytes| {
-                declaration(&bytes);
+                planned.set(planned.get() + u32::from(declaration(&bytes)));
                 Ok(())
             })
             .unwrap();
+        assert!(planned.get() > 100, "only {} of 600 were planned", planned.get());
     }
 }
