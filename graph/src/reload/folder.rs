@@ -63,16 +63,11 @@ impl Folder {
         let fault = walk(&self.root, &mut |path, file, metadata| {
             let stamp = Stamp::of(metadata);
             let old = self.files.remove(&path);
-            let text = match &old {
-                Some(old) if old.stamp.settles(stamp) => old.text.clone(),
-                _ => match read(&path, file) {
-                    Some(text) => text,
-                    // Deleted between the listing and the reading.
-                    None => {
-                        changed |= old.is_some();
-                        return;
-                    }
-                },
+            let kept = old.as_ref().filter(|old| old.stamp.settles(stamp)).map(|old| old.text.clone());
+            let Some(text) = kept.or_else(|| read(&path, file)) else {
+                // Deleted between the listing and the reading.
+                changed |= old.is_some();
+                return;
             };
             changed |= old.is_none_or(|old| old.text != text);
             found.insert(path, File { stamp, text });

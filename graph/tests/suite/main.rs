@@ -6,6 +6,7 @@
 mod execution;
 mod features;
 mod frames;
+mod fuzzed;
 mod planning;
 mod properties;
 mod random;

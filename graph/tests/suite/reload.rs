@@ -15,7 +15,9 @@ struct Folder(TempDir);
 impl Folder {
     fn new(files: &[(&str, &str)]) -> Self {
         let folder = Self(TempDir::new().unwrap());
-        files.iter().for_each(|(path, text)| folder.write(path, text));
+        for (path, text) in files {
+            folder.write(path, text);
+        }
         folder
     }
 
@@ -79,7 +81,7 @@ fn refused(reload: Option<Reload>) -> String {
 
 fn taken_up(reload: Option<Reload>) -> String {
     let reload = reload.expect("the change is seen");
-    assert_eq!(reload.errors, []);
+    assert_eq!(reload.errors, [], "nothing is wrong");
     reload.to_string()
 }
 

@@ -215,7 +215,7 @@ impl Raw {
         let writable = |node: usize| nodes[node].owner != Owner::Previous;
         // Fresh nodes as targets more often than not, and sources written lately: so lives are short and memory is shared.
         let goal = |number: u8, fits: &dyn Fn(usize) -> bool| {
-            let fresh = pick(number, &|node| fits(node) && written[node] == 0).filter(|_| number % 4 > 0);
+            let fresh = pick(number, &|node| fits(node) && written[node] == 0).filter(|_| !number.is_multiple_of(4));
             fresh.or_else(|| pick(number, fits))
         };
         let source = |number: u8, fits: &dyn Fn(usize) -> bool| {
@@ -234,7 +234,7 @@ impl Raw {
                 let to = goal(self.to[0], &writable)?;
                 let first = source(self.from[0], &|node| node != to);
                 let second = source(self.from[1], &|node| node != to);
-                let from = [first.filter(|_| self.from[1] % 4 > 0), second.filter(|_| self.from[0] % 3 == 0)];
+                let from = [first.filter(|_| !self.from[1].is_multiple_of(4)), second.filter(|_| self.from[0].is_multiple_of(3))];
                 let uniform = self.part.is_multiple_of(3) && from[0].is_some_and(|node| kind(node).is_buffer());
                 // A part of what is there already, or all.
                 let part = written[to] > 0 && self.part % 4 == 1;
@@ -243,19 +243,20 @@ impl Raw {
             }
             5..8 => {
                 let to = source(self.to[0], &|node| writable(node) && kind(node).is_buffer())?;
-                let from = source(self.from[0], &|node| node != to).filter(|_| self.from[1] % 2 == 0);
+                let from = source(self.from[0], &|node| node != to).filter(|_| self.from[1].is_multiple_of(2));
                 Some(Step::Update { to, from, count: 1 + u32::from(self.part) % kind(to).items(), seed })
             }
             8..12 => {
-                let clear = (self.part % 2 == 0).then_some(seed % 97);
+                let clear = (self.part.is_multiple_of(2)).then_some(seed % 97);
                 let fits = |node: usize| writable(node) && !kind(node).is_buffer();
                 let to = if clear.is_some() { goal(self.to[0], &fits)? } else { source(self.to[0], &fits)? };
                 let twin = |node: usize| {
                     fits(node) && kind(node).channels() != kind(to).channels() && kind(node).items() == kind(to).items()
                 };
                 let second = if clear.is_some() { pick(self.to[1], &twin) } else { source(self.to[1], &twin) };
-                let second = second.filter(|_| self.to[1] % 3 == 0);
-                let from = source(self.from[0], &|node| node != to && Some(node) != second).filter(|_| self.from[1] % 2 == 0);
+                let second = second.filter(|_| self.to[1].is_multiple_of(3));
+                let from =
+                    source(self.from[0], &|node| node != to && Some(node) != second).filter(|_| self.from[1].is_multiple_of(2));
                 Some(Step::Draw { to: [Some(to), second], from, clear, columns: u32::from(self.part / 2) % 7, seed })
             }
             12 => Some(Step::Clear { to: pick(self.to[0], &|node| writable(node) && kind(node).is_buffer())? }),

@@ -197,25 +197,8 @@ fn declare(
         }
         Step::Closure { to, from, words } => {
             let mut goal = handles[to].take();
-            match (&handles[from], &mut goal) {
-                (Some(Named::Buffer(from)), Some(Named::Buffer(goal))) => {
-                    let names = [from.name().to_owned(), goal.name().to_owned()];
-                    graph.closure("closure").read(from).write(goal).record(move |context| {
-                        let [from, goal] = [context.buffer(&names[0])?, context.buffer(&names[1])?];
-                        context.encoder().copy_buffer_to_buffer(&from, 0, &goal, 0, u64::from(words) * 4);
-                        Ok(())
-                    });
-                }
-                (Some(Named::Texture(from)), Some(Named::Texture(goal))) => {
-                    let names = [from.name().to_owned(), goal.name().to_owned()];
-                    graph.closure("closure").read(from).write(goal).record(move |context| {
-                        let [from, goal] = [context.texture(&names[0])?, context.texture(&names[1])?];
-                        let (from, goal, size) = (from.as_image_copy(), goal.as_image_copy(), from.size());
-                        context.encoder().copy_texture_to_texture(from, goal, size);
-                        Ok(())
-                    });
-                }
-                _ => {}
+            if let (Some(from), Some(goal)) = (&handles[from], &mut goal) {
+                closure(graph, from, goal, words);
             }
             handles[to] = goal;
         }
@@ -228,4 +211,28 @@ fn declare(
         }
     }
     None
+}
+
+/// Copies by commands of the caller's.
+fn closure(graph: &mut Graph<'_>, from: &Named, goal: &mut Named, words: u32) {
+    match (from, goal) {
+        (Named::Buffer(from), Named::Buffer(goal)) => {
+            let names = [from.name().to_owned(), goal.name().to_owned()];
+            graph.closure("closure").read(from).write(goal).record(move |context| {
+                let [from, goal] = [context.buffer(&names[0])?, context.buffer(&names[1])?];
+                context.encoder().copy_buffer_to_buffer(&from, 0, &goal, 0, u64::from(words) * 4);
+                Ok(())
+            });
+        }
+        (Named::Texture(from), Named::Texture(goal)) => {
+            let names = [from.name().to_owned(), goal.name().to_owned()];
+            graph.closure("closure").read(from).write(goal).record(move |context| {
+                let [from, goal] = [context.texture(&names[0])?, context.texture(&names[1])?];
+                let (from, goal, size) = (from.as_image_copy(), goal.as_image_copy(), from.size());
+                context.encoder().copy_texture_to_texture(from, goal, size);
+                Ok(())
+            });
+        }
+        _ => {}
+    }
 }

@@ -1,0 +1,11 @@
+//! Sequences of calls of the graph, right and wrong ones: declared, planned in every way, checked.
+
+#![no_main]
+
+#[path = "../../tests/suite/fuzzed/mod.rs"]
+#[allow(dead_code, unused_imports, reason = "each target runs one of the functions")]
+mod fuzzed;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    fuzzed::declaration(bytes);
+});
