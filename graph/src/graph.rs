@@ -36,7 +36,7 @@ pub struct Graph<'f> {
     pub(crate) readbacks: u32,
     errors: Vec<GraphError>,
     resource_names: HashMap<String, u32>,
-    pass_names: HashMap<String, u32>,
+    pub(crate) pass_names: HashMap<String, u32>,
 }
 
 /// The caller's wgpu object behind a resource.
@@ -250,19 +250,7 @@ impl<'f> Graph<'f> {
     #[track_caller]
     pub fn readback_texture(&mut self, texture: &Handle<Texture>) -> Readback {
         let desc = &texture.desc;
-        let refusal = if desc.sample_count != 1 {
-            Some("it has several samples per texel; resolve it first by a pass that reads them")
-        } else if desc.format.is_depth_stencil_format()
-            && !matches!(
-                desc.format,
-                wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8
-            )
-            || desc.format.is_multi_planar_format()
-        {
-            Some("its format has no single copyable layout; use depth32float or a colour format")
-        } else {
-            None
-        };
+        let refusal = unreadable(desc);
         if let Some(message) = refusal {
             let at = Self::place(&format!("readback {}", texture.name), Location::caller());
             let (resource, desc) = (texture.name.to_string(), desc.to_string());
@@ -380,8 +368,22 @@ fn copy_accesses(from: usize, to: usize, usages: (u32, u32)) -> Vec<Access> {
     ]
 }
 
+/// Why a texture cannot be read back, with the mend.
+pub(crate) fn unreadable(desc: &TextureDesc) -> Option<&'static str> {
+    let format = desc.format;
+    let copyable =
+        matches!(format, wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8);
+    if desc.sample_count != 1 {
+        Some("it has several samples per texel; resolve it first by a pass that reads them")
+    } else if format.is_depth_stencil_format() && !copyable || format.is_multi_planar_format() {
+        Some("its format has no single copyable layout; use depth32float or a colour format")
+    } else {
+        None
+    }
+}
+
 /// `name`, or `name#2`, `name#3`… where it is taken.
-fn unique(taken: &mut HashMap<String, u32>, name: &str) -> String {
+pub(crate) fn unique(taken: &mut HashMap<String, u32>, name: &str) -> String {
     let mut candidate = name.to_owned();
     loop {
         if !taken.contains_key(&candidate) {

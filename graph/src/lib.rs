@@ -10,6 +10,9 @@
 //!   against WGSL                              lifetimes, place readback
 //! ```
 //!
+//! A frame can be looked at as an HTML page ([`to_html`]), a Chrome trace ([`to_chrome_trace`]), DOT ([`to_dot`]) and JSON
+//! ([`to_json`]), and any pass's output by [`Graph::tap`].
+//!
 //! Planning needs no device:
 //!
 //! ```
@@ -53,7 +56,9 @@ mod raster;
 mod reflect;
 mod resource;
 mod shader;
+mod show;
 mod subresource;
+mod tap;
 mod verify;
 mod wgsl;
 
@@ -76,6 +81,8 @@ pub use pass::{ClosurePass, ComputePass, Load, RasterPass, Sampler};
 pub use plan::{Culled, Lifetime, Memory, Need, PassOrder, Plan, PlanOptions, Sharing, Slot, SlotKind, plan, plan_with_needs};
 pub use resource::{BufferDesc, TextureDesc};
 pub use shader::{ComputeShader, RasterShader};
+pub use show::{FrameProfile, Profile, to_chrome_trace, to_html};
 pub use subresource::Subresources;
+pub use tap::Tap;
 pub use wgpu;
 pub use wgsl::{FlatWgsl, WgslSources};

@@ -44,6 +44,17 @@ pub enum SlotKind {
     Heap,
 }
 
+impl SlotKind {
+    /// Its name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Object => "object",
+            Self::Arena => "arena",
+            Self::Heap => "heap",
+        }
+    }
+}
+
 /// Where transient resources lie.
 #[derive(Debug)]
 pub(super) struct Placed {

@@ -8,6 +8,7 @@ mod frames;
 mod planning;
 mod refusals;
 mod sharing;
+mod tap;
 
 use lightloom_graph::{ComputeShader, Executor, Gpu, shader_struct};
 
