@@ -4,9 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use lightloom_strategies::Layer;
-
-use crate::values::{Assignment, ImageSize, parse_count, parse_layer, parse_positive, parse_radius, parse_strategy};
+use crate::values::{Assignment, ImageSize, Shown, parse_count, parse_positive, parse_radius, parse_strategy};
 
 /// Renders glTF scenes by photon density estimation and compares the estimators.
 ///
@@ -45,6 +43,9 @@ pub(crate) struct RenderArgs {
     /// Paths per pixel of strategy `path`
     #[arg(long, value_name = "N", default_value = "64", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) samples: u32,
+    /// Also write the frames' times as a trace for Chrome's tracing page, Perfetto or Tracy
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) profile: Option<PathBuf>,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -77,9 +78,10 @@ pub(crate) struct SceneArgs {
     /// Set a parameter of a strategy; with several strategies also as NAME.K=V
     #[arg(long = "set", value_name = "K=V")]
     pub(crate) assignments: Vec<Assignment>,
-    /// Which part of the light, or of the surfaces: final, direct, indirect, caustic, albedo, normal, depth
-    #[arg(long, value_name = "NAME", default_value = "final", value_parser = parse_layer)]
-    pub(crate) layer: Layer,
+    /// Which part of the light, or of the surfaces: final, direct, indirect, caustic, albedo, normal, depth; for `render` also what
+    /// a pass writes, as pass:NAME or pass:NAME.BINDING, with the names that `lightloom graph` shows
+    #[arg(long, value_name = "NAME", default_value = "final")]
+    pub(crate) layer: Shown,
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "640x360")]
     pub(crate) size: ImageSize,
@@ -123,6 +125,9 @@ pub(crate) struct PlanArgs {
     /// Print JSON instead of a table
     #[arg(long)]
     pub(crate) json: bool,
+    /// Also write the plan as an HTML page
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -132,7 +137,8 @@ pub(crate) struct GraphArgs {
     /// The strategy whose frame is written
     #[arg(long, value_name = "NAME", value_parser = parse_strategy)]
     pub(crate) strategy: String,
-    /// dot for Graphviz, json for the plan, frame for `lightloom plan`; `html` is not in this release
+    /// html for a page to look at, trace for Chrome's tracing page, Perfetto or Tracy (both run the frame), dot for Graphviz, json for the
+    /// plan, frame for `lightloom plan`
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: GraphFormat,
     /// The file; stdout when not given
@@ -179,6 +185,7 @@ pub(crate) enum GraphFormat {
     Dot,
     Json,
     Html,
+    Trace,
     Frame,
 }
 

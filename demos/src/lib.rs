@@ -34,6 +34,7 @@ mod progress;
 mod report;
 mod results;
 mod session;
+mod texels;
 mod values;
 
 use std::ffi::OsString;

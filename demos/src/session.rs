@@ -1,16 +1,19 @@
 //! Scene, adapter and pipelines joined: the one place that the commands render through.
 
+mod inspect;
+
+pub(crate) use inspect::Tapped;
+
 use std::time::Instant;
 
-use lightloom_graph::{Executor, Gpu, GpuRequest, Graph, TimingSource};
-use lightloom_passes::CameraUniform;
+use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
 use lightloom_passes::scene::{Camera, GpuScene, Scene, builtin};
-use lightloom_strategies::{Frame, Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
+use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
 
 use crate::cli::{Materials, SceneArgs, Switch, Trace};
 use crate::progress::ProgressLine;
 use crate::results::{Flux, Memory, PassTime, PhotonCounts, StrategyResult};
-use crate::values::Assignment;
+use crate::values::{Assignment, Shown};
 use crate::{Error, Picture, cancel};
 
 /// The reference, whose frames are its samples.
@@ -34,6 +37,8 @@ pub(crate) struct Job<'a> {
     pub(crate) samples: u32,
     /// First number of the random sequences.
     pub(crate) seed: u32,
+    /// Whether to keep the times of each frame.
+    pub(crate) profile: bool,
 }
 
 /// An image and what it cost.
@@ -47,13 +52,16 @@ pub(crate) struct Rendering {
     pub(crate) warnings: Vec<String>,
     /// How the times were measured.
     pub(crate) timing: String,
+    /// Times of each frame, if they were asked for.
+    pub(crate) profile: Profile,
 }
 
 /// A scene on an adapter, with the pipelines that were asked for.
 #[derive(Debug)]
 pub(crate) struct Session {
     adapter: String,
-    executor: Executor,
+    /// `None`: frames are planned and not run.
+    executor: Option<Executor>,
     scene: GpuScene,
     camera: Camera,
     settings: Settings,
@@ -74,13 +82,24 @@ impl Session {
         let resident = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
         Ok(Self {
             adapter: gpu.adapter_name(),
-            executor: Executor::new(&gpu),
+            executor: Some(Executor::new(&gpu)),
             scene: resident,
             camera,
             settings: settings(args),
             pipelines,
             warnings: scene.warnings,
         })
+    }
+
+    /// As [`Self::open`] without an adapter: frames can be declared and planned.
+    pub(crate) fn open_to_plan(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
+        check_release(args)?;
+        let scene = load(args)?;
+        let camera = scene.camera(args.camera.as_deref())?;
+        let pipelines = pipelines(args, strategies)?;
+        let described = GpuScene::describe(&scene)?;
+        let (adapter, warnings) = (String::new(), scene.warnings);
+        Ok(Self { adapter, executor: None, scene: described, camera, settings: settings(args), pipelines, warnings })
     }
 
     /// The adapter's name.
@@ -105,15 +124,13 @@ impl Session {
         if job.strategy == REFERENCE_STRATEGY {
             settings.frames = job.samples;
         }
-        let pipeline = find(&mut self.pipelines, job.strategy)?;
+        settings.profile = job.profile;
         let line = ProgressLine::new(job.label);
-        // Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
-        // so that the times are those of the work. llvmpipe compiles apart for sides that are powers of two.
-        let size = settings.size.map(|side| if side.is_power_of_two() { side.min(8) } else { side.min(9) });
-        let thumbnail = Settings { size, photons: 64, frames: settings.frames.min(2), ..settings.clone() };
-        pipeline.render(&mut self.executor, &self.scene, &self.camera, &thumbnail, &mut |_| cancel::flow())?;
+        self.warm_up(job.strategy, &settings)?;
+        let pipeline = find(&mut self.pipelines, job.strategy)?;
+        let executor = self.executor.as_mut().ok_or_else(no_adapter)?;
         let start = Instant::now();
-        let rendered = pipeline.render(&mut self.executor, &self.scene, &self.camera, &settings, &mut |progress| {
+        let rendered = pipeline.render(executor, &self.scene, &self.camera, &settings, &mut |progress| {
             let total = progress.total.max(1) as u64;
             let done = u64::from(progress.frame) * total + progress.done as u64;
             line.update(done, u64::from(progress.frames) * total, progress.pass);
@@ -121,24 +138,21 @@ impl Session {
         })?;
         let wall_ms = start.elapsed().as_secs_f64() * 1e3;
         drop(line);
-        rendering(job.strategy, &settings, rendered, wall_ms)
+        let profile = rendered.profile.clone();
+        let mut rendering = rendering(job.strategy, &settings, rendered, wall_ms)?;
+        rendering.profile = Profile { adapter: self.adapter.clone(), frames: profile };
+        Ok(rendering)
     }
 
-    /// Declares the first frame of a strategy, as [`Self::render`] would run it.
-    pub(crate) fn declare(&mut self, strategy: &str) -> Result<Graph<'static>, Error> {
+    /// Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
+    /// so that the times are those of the work. llvmpipe compiles apart for sides that are powers of two.
+    fn warm_up(&mut self, strategy: &str, settings: &Settings) -> Result<(), Error> {
+        let size = settings.size.map(|side| if side.is_power_of_two() { side.min(8) } else { side.min(9) });
+        let thumbnail = Settings { size, photons: 64, frames: settings.frames.min(2), profile: false, ..settings.clone() };
         let pipeline = find(&mut self.pipelines, strategy)?;
-        let mut graph = Graph::new(strategy);
-        let handles = self.scene.declare(&mut graph);
-        let settings = &self.settings;
-        let info = self.scene.info();
-        let camera = CameraUniform::new(&self.camera, settings.size, settings.jitter(0), info.bounds_radius);
-        let frame = Frame { scene: &handles, info: &info, camera: &camera, settings, frame_index: 0 };
-        let layers = pipeline.declare_frame(&mut graph, &frame, None)?;
-        for &layer in &settings.layers {
-            let image = layers.light(layer).map(|light| &light.mean).or(layers.surface(layer));
-            graph.readback_texture(image.ok_or_else(|| no_layer(strategy, layer))?);
-        }
-        Ok(graph)
+        let executor = self.executor.as_mut().ok_or_else(no_adapter)?;
+        pipeline.render(executor, &self.scene, &self.camera, &thumbnail, &mut |_| cancel::flow())?;
+        Ok(())
     }
 }
 
@@ -178,7 +192,10 @@ fn settings(args: &SceneArgs) -> Settings {
         seed: args.seed,
         frames: args.frames,
         deterministic: args.deterministic,
-        layers: vec![args.layer],
+        layers: vec![match &args.layer {
+            Shown::Layer(layer) => *layer,
+            Shown::Pass(_) => Layer::Final,
+        }],
         ..Settings::default()
     }
 }
@@ -231,6 +248,10 @@ fn find<'a>(pipelines: &'a mut [Pipeline], strategy: &str) -> Result<&'a mut Pip
     found.ok_or_else(|| Error::Unavailable(format!("strategy `{strategy}` was not prepared")))
 }
 
+fn no_adapter() -> Error {
+    Error::Unavailable("this session has no adapter".to_owned())
+}
+
 fn no_layer(strategy: &str, layer: Layer) -> Error {
     Error::Unavailable(format!(
         "strategy `{strategy}` does not tell the layer `{}` apart; choose another layer or strategy",
@@ -272,18 +293,13 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
         nonfinite_pixels,
         ..StrategyResult::default()
     };
-    Ok(Rendering { picture: picture.with_finite_values(), row, warnings, timing: timing_text(timing).to_owned() })
-}
-
-/// How the times were measured, for people.
-fn timing_text(source: TimingSource) -> &'static str {
-    match source {
-        TimingSource::Timestamps => "timestamps around each pass",
-        TimingSource::CpuPerPass => {
-            "the CPU's clock around a submission and a wait per pass, since this driver's timestamps are wrong; includes the cost of submitting"
-        }
-        _ => "not measured: this adapter has no clock",
-    }
+    Ok(Rendering {
+        picture: picture.with_finite_values(),
+        row,
+        warnings,
+        timing: timing.describe().to_owned(),
+        profile: Profile::default(),
+    })
 }
 
 #[cfg(test)]

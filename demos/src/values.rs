@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use lightloom_strategies::Layer;
 
-use crate::MAX_SIZE;
+use crate::{Error, MAX_SIZE};
 
 /// `WxH`, each 1 to 16384 pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,11 +100,40 @@ pub(crate) fn parse_strategy(text: &str) -> Result<String, String> {
     Err(format!("no strategy has this name; there are: {}", names.join(", ")))
 }
 
-/// The name of a layer.
-pub(crate) fn parse_layer(text: &str) -> Result<Layer, String> {
-    let layer = Layer::ALL.into_iter().find(|layer| layer.name() == text);
-    let names: Vec<&str> = Layer::ALL.iter().map(|layer| layer.name()).collect();
-    layer.ok_or_else(|| format!("no layer has this name; there are: {}", names.join(", ")))
+/// What an image shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// A layer.
+    Layer(Layer),
+    /// What a pass writes: its name, with a binding's behind a dot where it writes several textures.
+    Pass(String),
+}
+
+impl Shown {
+    /// The layer, for commands that show nothing else.
+    pub(crate) fn layer(&self) -> Result<Layer, Error> {
+        match self {
+            Self::Layer(layer) => Ok(*layer),
+            Self::Pass(name) => {
+                Err(Error::Usage(format!("--layer pass:{name}: only `lightloom render` shows passes; name a layer")))
+            }
+        }
+    }
+}
+
+impl FromStr for Shown {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(pass) = text.strip_prefix("pass:") {
+            let missing =
+                || "write the pass's name behind `pass:`, such as pass:gbuffer; `lightloom graph` shows the names".to_owned();
+            return if pass.is_empty() { Err(missing()) } else { Ok(Self::Pass(pass.to_owned())) };
+        }
+        let layer = Layer::ALL.into_iter().find(|layer| layer.name() == text);
+        let names: Vec<&str> = Layer::ALL.iter().map(|layer| layer.name()).collect();
+        layer.map(Self::Layer).ok_or_else(|| format!("no layer has this name; there are: {}, pass:NAME", names.join(", ")))
+    }
 }
 
 #[cfg(test)]
@@ -133,8 +162,10 @@ mod tests {
 
     #[test]
     fn layers() {
-        assert_eq!(parse_layer("caustic"), Ok(Layer::Caustic));
-        let error = parse_layer("shadow").unwrap_err();
+        assert_eq!("caustic".parse(), Ok(Shown::Layer(Layer::Caustic)));
+        assert_eq!("pass:a.b".parse(), Ok(Shown::Pass("a.b".to_owned())));
+        assert!("pass:".parse::<Shown>().is_err(), "a pass without a name");
+        let error = "shadow".parse::<Shown>().unwrap_err();
         assert!(error.contains("indirect") && error.contains("depth"), "{error}");
     }
 

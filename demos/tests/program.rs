@@ -88,14 +88,18 @@ fn unknown_names_list_those_there_are() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";
     place.refuses(&format!("{line} --strategy voxels"), 2, &["voxels", "tiled", "hash-grid", "exact", "path"]);
-    place.refuses(&format!("{line} --layer shadows"), 2, &["shadows", "indirect", "caustic"]);
+    place.refuses(&format!("{line} --layer shadows"), 2, &["shadows", "indirect", "caustic", "pass:NAME"]);
+    place.refuses(&format!("{line} --layer pass:"), 2, &["pass:gbuffer"]);
+    place.refuses("compare builtin:cornell -o out --layer pass:gbuffer", 2, &["pass:gbuffer", "lightloom render"]);
+    place.refuses("graph builtin:cornell --strategy tiled --layer pass:gbuffer", 2, &["pass:gbuffer", "lightloom render"]);
+    place.refuses(&format!("{line} --layer pass:gbuffer --profile p.json"), 2, &["--profile"]);
     place.refuses(&format!("{line} --camera nowhere"), 2, &["nowhere", "camera"]);
     place.refuses(&format!("{line} --camera 99"), 2, &["99"]);
     place.refuses(&format!("{line} --strategy tiled --set colour=red"), 2, &["colour", "r_max"]);
     place.refuses(&format!("{line} --strategy tiled --set radius=wide"), 2, &["radius", "wide"]);
     place.refuses(&format!("{line} --set radius"), 2, &["K=V"]);
     place.refuses("render builtin:castle -o a.exr", 2, &["castle", "cornell"]);
-    place.refuses("graph builtin:cornell --strategy tiled --format svg", 2, &["svg", "dot", "frame"]);
+    place.refuses("graph builtin:cornell --strategy tiled --format svg", 2, &["svg", "dot", "html", "trace", "frame"]);
 }
 
 #[test]
@@ -105,7 +109,6 @@ fn what_this_release_lacks_is_said() {
     place.refuses(&format!("{line} --filter on"), 2, &["filter", "off"]);
     place.refuses(&format!("{line} --trace ray-query"), 1, &["ray-query", "bvh"]);
     place.refuses(&format!("{line} --trace pipeline"), 1, &["pipeline", "bvh"]);
-    place.refuses("graph builtin:cornell --strategy tiled --format html", 2, &["html", "dot"]);
 }
 
 #[test]
@@ -201,12 +204,38 @@ fn plan_prints_the_agreed_keys() {
     assert_eq!(plan["order"], serde_json::json!(["one", "two", "three"]));
     assert_eq!(plan["culled"][0]["pass"], "dead");
     assert_eq!(plan["peak_live_bytes"], 2048);
-    for key in ["passes", "resources", "unshared_bytes", "pooled_bytes", "placed_bytes", "plan_us", "cached_plan_us"] {
+    for key in [
+        "passes",
+        "resources",
+        "unshared_bytes",
+        "ordered_peak_live_bytes",
+        "pooled_bytes",
+        "placed_bytes",
+        "allocated_bytes",
+        "slots",
+        "slot_kinds",
+        "plan_us",
+        "cached_plan_us",
+    ] {
         assert!(plan.get(key).is_some(), "{key} is missing: {plan}");
     }
     let text = place.run("plan frame.json");
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
     assert!(text.contains("three") && text.contains("dead"), "{text}");
+    assert!(place.run("plan frame.json --html sub/plan.html").status.success(), "--html");
+    let page = std::fs::read_to_string(place.path("sub/plan.html")).unwrap();
+    stands_alone(&page);
+    for text in ["one", "two", "three", "dead", "which nothing reads", "planned and not run"] {
+        assert!(page.contains(text), "no {text} in the page");
+    }
+}
+
+/// A page that reaches outside itself is one that breaks when it is sent.
+#[track_caller]
+fn stands_alone(page: &str) {
+    for outside in ["http:", "https:", "src=", "<link", "@import", "url("] {
+        assert!(!page.contains(outside), "the page has `{outside}`");
+    }
 }
 
 #[test]
@@ -301,6 +330,138 @@ fn graph_speaks_dot_json_and_frame() {
     assert!(place.run(&format!("{line} --format frame -o frame.json")).status.success(), "--format frame");
     let plan = place.run("plan frame.json --json");
     assert!(plan.status.success(), "{}", String::from_utf8_lossy(&plan.stderr));
+}
+
+/// Runs the program with an adapter asked for that there is not.
+fn without_adapter(place: &Place, line: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lightloom"));
+    let command = command.args(line.split_whitespace()).current_dir(place.0.path());
+    command.env("LIGHTLOOM_ADAPTER", "no such adapter").output().expect("the program to start")
+}
+
+#[test]
+fn graph_draws_without_an_adapter_and_says_that_there_are_no_times() {
+    let place = Place::new();
+    let line = "graph builtin:cornell --strategy hash-grid --size 32x18 --photons 5k";
+    let html = without_adapter(&place, &format!("{line} --format html -o graph.html"));
+    let stderr = String::from_utf8_lossy(&html.stderr);
+    assert!(html.status.success() && stderr.contains("no times"), "{stderr}");
+    let page = std::fs::read_to_string(place.path("graph.html")).unwrap();
+    stands_alone(&page);
+    assert!(page.contains("planned and not run"), "the page does not say that there are no times");
+    let frame = without_adapter(&place, &format!("{line} --format json"));
+    let plan: serde_json::Value = serde_json::from_slice(&frame.stdout).unwrap();
+    for pass in plan["order"].as_array().unwrap() {
+        let name = pass.as_str().unwrap();
+        assert!(page.contains(&format!("aria-label=\"pass {name}, ")), "pass `{name}` is not drawn");
+    }
+    let trace = without_adapter(&place, &format!("{line} --format trace"));
+    assert_eq!(trace.status.code(), Some(1), "a trace of nothing");
+}
+
+#[test]
+fn graph_measures_pages_and_traces() {
+    if !has_adapter() {
+        return;
+    }
+    let place = Place::new();
+    let line = "graph builtin:cornell --strategy hash-grid --size 32x18 --photons 5k";
+    let html = place.run(&format!("{line} --format html"));
+    assert!(html.status.success(), "{}", String::from_utf8_lossy(&html.stderr));
+    let page = String::from_utf8(html.stdout).unwrap();
+    stands_alone(&page);
+    assert!(page.contains("GPU time per pass, ") || page.contains("no clock"), "where times come from");
+    assert!(place.run(&format!("{line} --format trace -o trace.json")).status.success(), "--format trace");
+    is_trace(&place.path("trace.json"), "hash_grid_gather");
+}
+
+/// The file is a Chrome trace in which events are sorted and passes of that name ran.
+#[track_caller]
+fn is_trace(path: &Path, pass: &str) {
+    let trace: serde_json::Value = serde_json::from_slice(&std::fs::read(path).expect("a trace")).expect("JSON");
+    let events = trace["traceEvents"].as_array().expect("events");
+    let starts: Vec<f64> = events.iter().filter_map(|event| event["ts"].as_f64()).collect();
+    assert!(starts.is_sorted() && starts.len() > 10, "{starts:?}");
+    let whole: Vec<&serde_json::Value> = events.iter().filter(|event| event["ph"] == "X").collect();
+    assert!(whole.iter().all(|event| event["dur"].as_f64().is_some_and(|dur| dur >= 0.0)), "an event without a duration");
+    let timed = lightloom_graph::Gpu::for_tests().is_none_or(|gpu| gpu.device.features().contains(TIMED));
+    assert!(!timed || whole.iter().any(|event| event["name"] == pass), "no pass `{pass}`");
+}
+
+const TIMED: lightloom_graph::wgpu::Features = lightloom_graph::wgpu::Features::TIMESTAMP_QUERY;
+
+#[test]
+fn render_profiles_its_frames() {
+    if !has_adapter() {
+        return;
+    }
+    let place = Place::new();
+    let line = "render builtin:cornell --strategy tiled --size 24x16 --photons 5k --frames 3 -o a.exr --profile sub/p.json";
+    let output = place.run(line);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    is_trace(&place.path("sub/p.json"), "tiled_gather");
+    let trace: serde_json::Value = serde_json::from_slice(&std::fs::read(place.path("sub/p.json")).unwrap()).unwrap();
+    let plans = trace["traceEvents"].as_array().unwrap().iter().filter(|event| event["name"] == "plan").count();
+    assert_eq!(plans, 3, "one per frame, and none of the warm-up");
+}
+
+#[test]
+fn render_shows_what_a_pass_writes() {
+    if !has_adapter() {
+        return;
+    }
+    let place = Place::new();
+    let line = "render builtin:cornell --strategy tiled --size 24x16 --photons 5k --bounces 3 --deterministic";
+    // The sum that `final` shows is what `compose` writes.
+    assert!(place.run(&format!("{line} --layer final -o final.exr")).status.success(), "final");
+    let tapped = place.run(&format!("{line} --layer pass:compose -o compose.exr"));
+    assert!(tapped.status.success(), "{}", String::from_utf8_lossy(&tapped.stderr));
+    let [shown, expected] = ["compose.exr", "final.exr"].map(|name| lightloom::read_exr(&place.path(name)).unwrap());
+    assert_eq!(shown, expected);
+    // What nothing reads in this frame is kept by being asked for.
+    let surfaces = place.run(&format!("{line} --layer pass:surface_layers.albedo -o albedo.png"));
+    let text = String::from_utf8_lossy(&surfaces.stdout);
+    assert!(surfaces.status.success() && text.contains("rgba32float"), "{text}");
+    let depth = place.run(&format!("{line} --layer pass:visibility.depth -o depth.png"));
+    let text = String::from_utf8_lossy(&depth.stdout);
+    assert!(depth.status.success() && text.contains("as black to"), "the range is missing: {text}");
+    place.refuses(&format!("{line} --layer pass:gbufer -o a.png"), 2, &["gbufer", "did you mean `gbuffer`?"]);
+    place.refuses(&format!("{line} --layer pass:gbuffer -o a.png"), 2, &["several textures", "`position`"]);
+    place.refuses(&format!("{line} --layer pass:gbuffer.colour -o a.png"), 2, &["does not write `colour`"]);
+    place.refuses(&format!("{line} --layer pass:tiled_count -o a.png"), 2, &["only buffers"]);
+}
+
+#[test]
+fn the_page_runs_in_a_browser() {
+    let found = ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| {
+        let version = Command::new(name).arg("--version").output();
+        version.is_ok_and(|output| output.status.success())
+    });
+    let Some(browser) = found else {
+        println!("SKIPPED: no Chromium");
+        return;
+    };
+    let place = Place::new();
+    let page =
+        without_adapter(&place, "graph builtin:cornell --strategy tiled --size 32x18 --photons 5k --format html -o graph.html");
+    assert!(page.status.success(), "{}", String::from_utf8_lossy(&page.stderr));
+    let profile = format!("--user-data-dir={}", place.path("browser").display());
+    let address = format!("file://{}#pass=gbuffer", place.path("graph.html").display());
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--dump-dom"])
+        .args([&profile, &address])
+        .output()
+        .expect("the browser to start");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let ready = dom.split("data-ready=\"").nth(1).and_then(|rest| rest.split('"').next()).and_then(|n| n.parse::<usize>().ok());
+    assert!(
+        ready.is_some_and(|passes| passes > 10),
+        "the script did not come to its end:\n{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(dom.contains("<h2>gbuffer</h2>"), "the panel does not show the pass of the address");
+    assert!(dom.contains("class=\"dag dim\""), "nothing is highlighted");
 }
 
 #[test]

@@ -42,7 +42,7 @@ pub struct Graph<'f> {
     /// The params of all passes, each at a multiple of [`UNIFORM_ALIGN`].
     pub(crate) params: Vec<u8>,
     resource_names: Names,
-    pass_names: Names,
+    pub(crate) pass_names: Names,
 }
 
 /// The caller's wgpu object behind a resource.
@@ -372,19 +372,7 @@ impl<'f> Graph<'f> {
     #[track_caller]
     pub fn readback_texture(&mut self, texture: &Handle<Texture>) -> Readback {
         let desc = &texture.desc;
-        let refusal = if desc.sample_count != 1 {
-            Some("it has several samples per texel; resolve it first by a pass that reads them")
-        } else if desc.format.is_depth_stencil_format()
-            && !matches!(
-                desc.format,
-                wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8
-            )
-            || desc.format.is_multi_planar_format()
-        {
-            Some("its format has no single copyable layout; use depth32float or a colour format")
-        } else {
-            None
-        };
+        let refusal = unreadable(desc);
         if let Some(message) = refusal {
             let at = PassRef::new(&format!("readback {}", texture.name), Location::caller()).place();
             let (resource, desc) = (texture.name.to_string(), desc.to_string());
@@ -506,11 +494,25 @@ fn copy_accesses(from: usize, to: usize, usages: (u32, u32)) -> Vec<Access> {
     ]
 }
 
+/// Why a texture cannot be read back, with the mend.
+pub(crate) fn unreadable(desc: &TextureDesc) -> Option<&'static str> {
+    let format = desc.format;
+    let copyable =
+        matches!(format, wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8);
+    if desc.sample_count != 1 {
+        Some("it has several samples per texel; resolve it first by a pass that reads them")
+    } else if format.is_depth_stencil_format() && !copyable || format.is_multi_planar_format() {
+        Some("its format has no single copyable layout; use depth32float or a colour format")
+    } else {
+        None
+    }
+}
+
 /// Names that are taken, with the number that was given out last.
 type Names = FoldedMap<Arc<str>, u32>;
 
 /// `name`, or `name#2`, `name#3`… where it is taken.
-fn unique(taken: &mut Names, name: Arc<str>) -> Arc<str> {
+pub(crate) fn unique(taken: &mut Names, name: Arc<str>) -> Arc<str> {
     let Some(&last) = taken.get(&name) else {
         taken.insert(Arc::clone(&name), 1);
         return name;

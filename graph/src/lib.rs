@@ -10,6 +10,9 @@
 //!   against WGSL                              lifetimes, place readback
 //! ```
 //!
+//! A frame can be looked at as an HTML page ([`to_html`]), a Chrome trace ([`to_chrome_trace`]), DOT ([`to_dot`]) and JSON
+//! ([`to_json`]), and any pass's output by [`Graph::tap`].
+//!
 //! Planning needs no device:
 //!
 //! ```
@@ -55,8 +58,10 @@ mod reflect;
 mod reload;
 mod resource;
 mod shader;
+mod show;
 mod sources;
 mod subresource;
+mod tap;
 mod verify;
 mod wgsl;
 
@@ -80,7 +85,9 @@ pub use plan::{Culled, Lifetime, Memory, Need, PassOrder, Plan, PlanOptions, Sha
 pub use reload::Reload;
 pub use resource::{BufferDesc, TextureDesc};
 pub use shader::{ComputeShader, RasterShader};
+pub use show::{FrameProfile, Profile, to_chrome_trace, to_html};
 pub use sources::WgslSources;
 pub use subresource::Subresources;
+pub use tap::Tap;
 pub use wgpu;
 pub use wgsl::FlatWgsl;

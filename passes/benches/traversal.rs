@@ -104,7 +104,7 @@ impl Bench<'_> {
         let ms = output
             .passes
             .iter()
-            .find(|pass| pass.name == "trace_rays")
+            .find(|pass| &*pass.name == "trace_rays")
             .and_then(|pass| pass.gpu_ms)
             .ok_or("the adapter has no timestamps")?;
         Ok((output.cast(readback), ms))

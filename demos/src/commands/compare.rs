@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Parser;
+use lightloom_strategies::Layer;
 
 use crate::cli::{Cli, Command, CompareArgs};
 use crate::display::Display;
@@ -32,6 +33,7 @@ pub(crate) fn built_in() -> Result<(), Error> {
 }
 
 pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
+    let layer = args.scene.layer.layer()?;
     let size = args.scene.size.0;
     prepare_folder(&args.output)?;
     // A wrong file is told before the work, not after it.
@@ -41,7 +43,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     };
     let strategies = chosen(&args.strategies);
     let mut session = Session::open(&args.scene, &prepared(&strategies, args, file.is_some()))?;
-    let mut results = describe(args, &session);
+    let mut results = describe(args, layer, &session);
     let reference = match (file, &args.reference) {
         (Some(picture), Some(name)) => {
             results.reference = Some(Reference { name: name.display().to_string(), ..Reference::default() });
@@ -52,14 +54,15 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     };
     let mut pictures = Vec::new();
     for name in &strategies {
-        let rendering = session.render(&Job { label: name, strategy: name, samples: args.samples, seed: args.scene.seed })?;
+        let rendering =
+            session.render(&Job { label: name, strategy: name, samples: args.samples, seed: args.scene.seed, profile: false })?;
         results.timing.clone_from(&rendering.timing);
         results.warnings.extend(rendering.warnings);
         results.strategies.push(rendering.row);
         pictures.push(rendering.picture);
     }
     let exposed = reference.as_ref().or(pictures.first());
-    let Some(display) = exposed.map(|picture| Display::choose(args.scene.layer, picture)) else {
+    let Some(display) = exposed.map(|picture| Display::choose(layer, picture)) else {
         return Err(Error::Usage("name at least one strategy".to_owned()));
     };
     results.settings.exposure = display.exposure();
@@ -123,6 +126,7 @@ fn render_reference(args: &CompareArgs, session: &mut Session, results: &mut Res
         strategy: REFERENCE_STRATEGY,
         samples: args.samples,
         seed: args.scene.seed ^ REFERENCE_SEED,
+        profile: false,
     })?;
     results.reference = Some(Reference {
         name: REFERENCE_STRATEGY.to_owned(),
@@ -133,14 +137,14 @@ fn render_reference(args: &CompareArgs, session: &mut Session, results: &mut Res
     Ok(rendering.picture)
 }
 
-fn describe(args: &CompareArgs, session: &Session) -> Results {
+fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
     let scene = &args.scene;
     Results {
         scene: scene.scene.display().to_string(),
         adapter: session.adapter().to_owned(),
         size: scene.size.0,
         settings: Settings {
-            layer: scene.layer.name().to_owned(),
+            layer: layer.name().to_owned(),
             camera: session.camera_name().to_owned(),
             photons: scene.photons,
             bounces: scene.bounces,

@@ -2,32 +2,91 @@
 
 use std::path::Path;
 
+use lightloom_graph::to_chrome_trace;
+
 use crate::cli::RenderArgs;
 use crate::display::Display;
 use crate::files::{prepare_parent, write_whole};
 use crate::format::{bytes, columns, count, number};
 use crate::image_io::png;
-use crate::session::{Job, Rendering, Session};
+use crate::session::{Job, Rendering, Session, Tapped};
+use crate::values::Shown;
 use crate::{Error, Picture, console, write_exr};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     let format = ImageFormat::of(&args.output)?;
     prepare_parent(&args.output)?;
+    if let Some(profile) = &args.profile {
+        prepare_parent(profile)?;
+    }
+    let layer = match &args.scene.layer {
+        Shown::Layer(layer) => *layer,
+        Shown::Pass(pass) => return run_pass(args, format, pass),
+    };
     let mut session = Session::open(&args.scene, std::slice::from_ref(&args.strategy))?;
-    let rendering =
-        session.render(&Job { label: &args.strategy, strategy: &args.strategy, samples: args.samples, seed: args.scene.seed })?;
+    let rendering = session.render(&Job {
+        label: &args.strategy,
+        strategy: &args.strategy,
+        samples: args.samples,
+        seed: args.scene.seed,
+        profile: args.profile.is_some(),
+    })?;
     for warning in session.warnings().iter().chain(&rendering.warnings) {
         console::warn(warning);
     }
     let picture = &rendering.picture;
-    match format {
-        ImageFormat::Exr => write_exr(&args.output, picture)?,
-        ImageFormat::Png => {
-            let rgb8 = Display::choose(args.scene.layer, picture).rgb8(picture);
-            write_whole(&args.output, &png(picture.size(), &rgb8)?)?;
-        }
+    write(&args.output, format, picture, || Display::choose(layer, picture))?;
+    if let Some(profile) = &args.profile {
+        write_whole(profile, format!("{}\n", to_chrome_trace(&rendering.profile)).as_bytes())?;
     }
     console::print(&summary(&session, &rendering, &args.output, picture))
+}
+
+/// Shows what a pass writes.
+fn run_pass(args: &RenderArgs, format: ImageFormat, pass: &str) -> Result<(), Error> {
+    if args.profile.is_some() {
+        return Err(Error::Usage(
+            "--profile needs a layer of light or surfaces: a frame that is cut short has other times".to_owned(),
+        ));
+    }
+    let mut session = Session::open(&args.scene, std::slice::from_ref(&args.strategy))?;
+    let tapped = session.tap(&args.strategy, args.samples, pass)?;
+    for warning in session.warnings() {
+        console::warn(warning);
+    }
+    let texels = &tapped.texels;
+    let display = Display::choose_for(texels);
+    match texels.picture.nonfinite_pixels() {
+        0 => {}
+        bad => console::warn(&format!("pass `{pass}`: {bad} pixels are NaN or infinite")),
+    }
+    if texels.more_layers > 0 {
+        console::note(&format!("the first of {} layers is shown", texels.more_layers + 1));
+    }
+    write(&args.output, format, &texels.picture, || display)?;
+    console::print(&tap_summary(&session, pass, &tapped, format, display, &args.output))
+}
+
+fn tap_summary(session: &Session, pass: &str, tapped: &Tapped, format: ImageFormat, display: Display, output: &Path) -> String {
+    let shown = match format {
+        ImageFormat::Exr => "the values as they are".to_owned(),
+        ImageFormat::Png => display.describe(),
+    };
+    left_aligned(vec![
+        vec!["adapter".to_owned(), session.adapter().to_owned()],
+        vec!["pass".to_owned(), pass.to_owned()],
+        vec!["texture".to_owned(), format!("{}, {}", tapped.resource, tapped.description)],
+        vec!["shown".to_owned(), shown],
+        vec!["time".to_owned(), format!("{} s", number(Some(tapped.wall_ms / 1000.0)))],
+        vec!["image".to_owned(), output.display().to_string()],
+    ])
+}
+
+fn write(output: &Path, format: ImageFormat, picture: &Picture, display: impl FnOnce() -> Display) -> Result<(), Error> {
+    match format {
+        ImageFormat::Exr => write_exr(output, picture),
+        ImageFormat::Png => write_whole(output, &png(picture.size(), &display().rgb8(picture))?),
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -65,6 +124,10 @@ fn summary(session: &Session, rendering: &Rendering, output: &Path, picture: &Pi
         rows.push(vec!["photons".to_owned(), text]);
     }
     rows.push(vec!["image".to_owned(), output.display().to_string()]);
+    left_aligned(rows)
+}
+
+fn left_aligned(mut rows: Vec<Vec<String>>) -> String {
     // Left-aligned values read better here than `columns`' right-aligned numbers.
     let widest = rows.iter().map(|row| row[1].chars().count()).max().unwrap_or(0);
     for row in &mut rows {

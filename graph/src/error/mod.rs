@@ -7,7 +7,7 @@ mod words;
 pub(crate) use place::PassRef;
 pub use place::{PassPlace, ShaderPlace};
 pub use shader::ShaderError;
-pub(crate) use words::{did_you_mean, names};
+pub(crate) use words::{choices, did_you_mean, names, nearest};
 
 /// Why a frame was refused or failed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -449,6 +449,25 @@ pub enum GraphError {
         /// Resource.
         resource: String,
         /// What is wrong.
+        message: String,
+    },
+    // ---- taps ----
+    /// No pass has that name.
+    #[error("frame `{frame}` has no pass `{pass}`; did you mean {near}?")]
+    UnknownPass {
+        /// Frame.
+        frame: String,
+        /// Name given.
+        pass: String,
+        /// Names there are, nearest first.
+        near: String,
+    },
+    /// What a pass writes cannot be tapped.
+    #[error("{at}: cannot be tapped: {message}")]
+    Tap {
+        /// The pass.
+        at: PassPlace,
+        /// Why, and the mend.
         message: String,
     },
     // ---- execution ----

@@ -131,7 +131,7 @@ fn plans_are_shown_as_dot_and_json_and_serialise() {
     let dot = to_dot(&declaration, &plan);
     assert!(dot.starts_with("digraph \"a \\\"b\\\"\" {") && dot.ends_with("}\n"), "{dot}");
     assert!(dot.contains("style=dashed") && dot.contains("writes nothing"), "culled passes are dashed: {dot}");
-    assert!(dot.contains("r1 -> p1") && dot.contains("p0 -> r1") && dot.contains("slot 0"), "{dot}");
+    assert!(dot.contains("r1 -> p1") && dot.contains("p0 -> r1") && dot.contains("object 0 at 0"), "{dot}");
     let json = to_json(&declaration, &plan);
     assert_eq!(json["order"], serde_json::json!(["first", "second"]));
     assert_eq!(json["culled"][0]["pass"], "third");

@@ -13,6 +13,7 @@ mod random;
 mod refusals;
 mod reload;
 mod sharing;
+mod tap;
 
 use lightloom_graph::{ComputeShader, Executor, Gpu, shader_struct};
 

@@ -15,7 +15,7 @@ pub struct GpuScene {
     triangles: Resident,
     materials: Resident,
     lights: Resident,
-    texels: (wgpu::Texture, TextureDesc),
+    texels: (Option<wgpu::Texture>, TextureDesc),
     info: SceneInfo,
     traits: SceneTraits,
     /// Size and cost of the hierarchy.
@@ -56,10 +56,22 @@ impl GpuScene {
     /// # Errors
     /// [`SceneError::DeviceLimit`] for what the device cannot hold.
     pub fn upload_with_bvh(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene, bvh: &Bvh) -> Result<Self, SceneError> {
+        Self::write(Some((device, queue)), scene, bvh)
+    }
+
+    /// Builds the hierarchy and uploads nothing: frames of this scene can be planned without a device, and not executed.
+    ///
+    /// # Errors
+    /// Those of [`Bvh::build`].
+    pub fn describe(scene: &Scene) -> Result<Self, SceneError> {
+        Self::write(None, scene, &Bvh::build(&scene.name, &scene.triangles)?)
+    }
+
+    fn write(gpu: Option<(&wgpu::Device, &wgpu::Queue)>, scene: &Scene, bvh: &Bvh) -> Result<Self, SceneError> {
         let (bounds_center, bounds_radius) = scene.bounding_sphere();
         let list = LightList::new(scene, bounds_radius);
         let pages = Pages::new(&scene.textures);
-        let mut to = Writer::new(device, queue, &scene.name);
+        let mut to = Writer::new(gpu, &scene.name);
 
         let alpha_tested: Vec<bool> = scene.materials.iter().map(|material| material.lets_rays_pass(&scene.textures)).collect();
         let light_of = |index: usize| list.of_triangle.get(index).copied().unwrap_or(NONE);

@@ -14,36 +14,38 @@ const DRAIN_BYTES: usize = 64 << 20;
 pub(super) struct Resident {
     /// Name of the WGSL variable.
     pub(super) name: &'static str,
-    pub(super) buffer: wgpu::Buffer,
+    /// `None`: described only.
+    pub(super) buffer: Option<wgpu::Buffer>,
     pub(super) desc: BufferDesc,
 }
 
 /// Creates and fills resources of one scene.
 pub(super) struct Writer<'a> {
-    device: &'a wgpu::Device,
-    queue: &'a wgpu::Queue,
+    /// `None`: everything is described and nothing created.
+    gpu: Option<(&'a wgpu::Device, &'a wgpu::Queue)>,
     scene: &'a str,
     pending: usize,
 }
 
 impl<'a> Writer<'a> {
     /// `scene` names the scene in errors.
-    pub(super) fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, scene: &'a str) -> Self {
-        Self { device, queue, scene, pending: 0 }
+    pub(super) fn new(gpu: Option<(&'a wgpu::Device, &'a wgpu::Queue)>, scene: &'a str) -> Self {
+        Self { gpu, scene, pending: 0 }
     }
 
     fn buffer(&self, name: &'static str, desc: BufferDesc) -> Result<Resident, SceneError> {
-        let limits = self.device.limits();
+        let Some((device, _)) = self.gpu else { return Ok(Resident { name, buffer: None, desc }) };
+        let limits = device.limits();
         let binding = limits.max_storage_buffer_binding_size;
         self.allow(name, desc.size, "bytes", binding, "max_storage_buffer_binding_size")?;
         self.allow(name, desc.size, "bytes", limits.max_buffer_size, "max_buffer_size")?;
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(name),
             size: desc.size,
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
-        Ok(Resident { name, buffer, desc })
+        Ok(Resident { name, buffer: Some(buffer), desc })
     }
 
     /// A buffer of plain bytes.
@@ -79,18 +81,23 @@ impl<'a> Writer<'a> {
     }
 
     /// The array texture of all images.
-    pub(super) fn texels(&mut self, textures: &[TextureData], pages: &Pages) -> Result<(wgpu::Texture, TextureDesc), SceneError> {
+    pub(super) fn texels(
+        &mut self,
+        textures: &[TextureData],
+        pages: &Pages,
+    ) -> Result<(Option<wgpu::Texture>, TextureDesc), SceneError> {
         let [width, height, layers] = pages.size();
-        let limits = self.device.limits();
+        let format = wgpu::TextureFormat::Rgba8Unorm;
+        let srgb = wgpu::TextureFormat::Rgba8UnormSrgb;
+        let desc = TextureDesc::new_2d([width, height], format).layers(layers).view_format(srgb);
+        let Some((device, queue)) = self.gpu else { return Ok((None, desc)) };
+        let limits = device.limits();
         self.allow("texels", pages.total(), "texels", MOST_TEXELS, "32-bit indices")?;
         let most_layers = limits.max_texture_array_layers;
         self.allow("texels", layers.into(), "layers", most_layers.into(), "max_texture_array_layers")?;
         let most = limits.max_texture_dimension_2d;
         self.allow("texels", width.into(), "texels across", most.into(), "max_texture_dimension_2d")?;
-        let format = wgpu::TextureFormat::Rgba8Unorm;
-        let srgb = wgpu::TextureFormat::Rgba8UnormSrgb;
-        let desc = TextureDesc::new_2d([width, height], format).layers(layers).view_format(srgb);
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("texels"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
             mip_level_count: 1,
@@ -101,21 +108,23 @@ impl<'a> Writer<'a> {
             view_formats: &[srgb],
         });
         let rows = (CHUNK_BYTES / (width as usize * 4)) as u32;
-        pages.write(textures, rows, |strip, bytes| self.write_strip(&texture, strip, bytes));
-        Ok((texture, desc))
+        pages.write(textures, rows, |strip, bytes| self.write_strip(queue, &texture, strip, bytes));
+        Ok((Some(texture), desc))
     }
 
-    fn write_strip(&mut self, texture: &wgpu::Texture, strip: &Strip, bytes: &[u8]) {
+    fn write_strip(&mut self, queue: &wgpu::Queue, texture: &wgpu::Texture, strip: &Strip, bytes: &[u8]) {
         let mut target = texture.as_image_copy();
         target.origin = wgpu::Origin3d { x: 0, y: strip.row, z: strip.layer };
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(strip.width * 4), rows_per_image: None };
         let size = wgpu::Extent3d { width: strip.width, height: strip.rows, depth_or_array_layers: 1 };
-        self.queue.write_texture(target, bytes, layout, size);
+        queue.write_texture(target, bytes, layout, size);
         self.count(bytes.len());
     }
 
     fn write(&mut self, resident: &Resident, offset: u64, bytes: &[u8]) {
-        self.queue.write_buffer(&resident.buffer, offset, bytes);
+        if let (Some((_, queue)), Some(buffer)) = (self.gpu, &resident.buffer) {
+            queue.write_buffer(buffer, offset, bytes);
+        }
         self.count(bytes.len());
     }
 
@@ -129,9 +138,11 @@ impl<'a> Writer<'a> {
     /// Waits until everything is written.
     pub(super) fn drain(&mut self) {
         self.pending = 0;
-        self.queue.submit([]);
-        // A lost device shows at the next submission, with a better message than here.
-        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+        if let Some((device, queue)) = self.gpu {
+            queue.submit([]);
+            // A lost device shows at the next submission, with a better message than here.
+            let _ = device.poll(wgpu::PollType::wait_indefinitely());
+        }
     }
 
     fn allow(

@@ -19,7 +19,7 @@ pub use settings::{Layer, Settings};
 
 use crate::surface_layers::SurfaceLayers;
 use crate::{Strategy, StrategyError};
-use lightloom_graph::{Executor, FrameOutput, Graph, Progress, Readback, WgslSources};
+use lightloom_graph::{Executor, FrameOutput, FrameProfile, Graph, Progress, Readback, WgslSources};
 use lightloom_passes::scene::{Camera, GpuScene, SceneInfo};
 use lightloom_passes::{
     Accumulate, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, SpecularPixels, Visibility,
@@ -116,6 +116,9 @@ impl Pipeline {
                 let Progress { done, total, pass, .. } = progress;
                 observer(RenderProgress { frame, frames, done, total, pass })
             })?;
+            if settings.profile {
+                rendered.profile.push(FrameProfile::new(self.strategy.name(), &output));
+            }
             readbacks.collect(&output, &info, settings, &mut rendered);
         }
         rendered.finish(self.strategy.name());

@@ -1,7 +1,7 @@
 //! What a rendering brings back.
 
 use super::Layer;
-use lightloom_graph::{Memory, TimingSource};
+use lightloom_graph::{FrameProfile, Memory, TimingSource};
 use lightloom_passes::{FluxLedger, PhotonState};
 
 /// Images and measurements of a rendering.
@@ -19,6 +19,8 @@ pub struct Rendered {
     pub passes: Vec<PassReport>,
     /// How the times were measured.
     pub timing: TimingSource,
+    /// Times of each frame, where [`Settings::profile`](crate::Settings::profile) asks for them.
+    pub profile: Vec<FrameProfile>,
     /// Transient memory of the largest frame.
     pub memory: Memory,
     /// The strategy's counts by name: the largest over the frames.

@@ -69,6 +69,8 @@ pub struct Settings {
     pub emissive_samples: u32,
     /// What to bring back. Passes that nothing needs are culled.
     pub layers: Vec<Layer>,
+    /// Keep the times of each frame, in [`Rendered::profile`](crate::Rendered::profile).
+    pub profile: bool,
 }
 
 impl Default for Settings {
@@ -83,6 +85,7 @@ impl Default for Settings {
             deterministic: false,
             emissive_samples: 8,
             layers: Layer::ALL.to_vec(),
+            profile: false,
         }
     }
 }

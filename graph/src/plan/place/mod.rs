@@ -50,6 +50,17 @@ pub enum SlotKind {
     Heap,
 }
 
+impl SlotKind {
+    /// Its name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Object => "object",
+            Self::Arena => "arena",
+            Self::Heap => "heap",
+        }
+    }
+}
+
 /// A transient resource in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Item {

@@ -19,7 +19,7 @@ mod model;
 use crate::executor;
 use case::{Case, FRAMES, Node, Step};
 use kernels::Kernels;
-use lightloom_graph::{Executor, Graph, PlanOptions, Sharing};
+use lightloom_graph::{Executor, Graph, PassOrder, PlanOptions, Sharing};
 use model::Model;
 use proptest::{
     prelude::ProptestConfig,
@@ -59,18 +59,27 @@ fn describe(nodes: &[Node], steps: &[Step]) -> String {
 }
 
 /// Runs the case's frames in one way of sharing.
-fn execute(executor: &mut Executor, kernels: &mut Kernels, case: &Case, sharing: Sharing) -> Result<(), TestCaseError> {
+fn execute(
+    executor: &mut Executor,
+    kernels: &mut Kernels,
+    case: &Case,
+    sharing: Sharing,
+    order: PassOrder,
+) -> Result<(), TestCaseError> {
     let nodes = case.nodes();
     let mut model = Model::new(&nodes);
     let imports = declare::imports(executor.device(), executor.queue(), &nodes);
     executor.reset_history();
     executor.set_sharing(sharing);
+    executor.set_order(order);
     for frame in 0..FRAMES {
         let (steps, _) = case.steps(&nodes, frame);
         let expected = model.frame(&steps);
         let mut graph = Graph::new("random");
         let reads = declare::frame(&mut graph, kernels, &nodes, &imports, &steps);
-        let fail = |what: String| TestCaseError::fail(format!("{sharing:?}, frame {frame}: {what}{}", describe(&nodes, &steps)));
+        let fail = |what: String| {
+            TestCaseError::fail(format!("{sharing:?}, {order:?}, frame {frame}: {what}{}", describe(&nodes, &steps)))
+        };
         let output = executor.execute(graph).map_err(|error| fail(error.to_string()))?;
         for (number, (read, expected)) in reads.into_iter().zip(expected).enumerate() {
             let found = output.cast::<u32>(read);
@@ -90,7 +99,12 @@ fn random_frames_give_what_a_sequential_interpreter_gives() {
     let state = RefCell::new((executor, Kernels::default()));
     run(&mut runner(160), |case| {
         let (executor, kernels) = &mut *state.borrow_mut();
-        SHARINGS.iter().try_for_each(|&sharing| execute(executor, kernels, case, sharing))
+        for sharing in SHARINGS {
+            for order in [PassOrder::Recorded, PassOrder::Memory] {
+                execute(executor, kernels, case, sharing, order)?;
+            }
+        }
+        Ok(())
     });
 }
 

@@ -7,7 +7,8 @@ use glam::Vec3;
 use lightloom_graph::Gpu;
 
 /// Contents of a buffer.
-fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
+fn read(gpu: &Gpu, resident: &Resident) -> Vec<u8> {
+    let buffer = resident.buffer.as_ref().unwrap();
     let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("staging"),
         size: buffer.size(),
@@ -37,14 +38,14 @@ fn buffers_hold_the_scene() {
     let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
     let uploaded = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh).unwrap();
 
-    assert_eq!(read(&gpu, &uploaded.bvh_nodes.buffer), bvh.node_bytes());
-    let bytes = read(&gpu, &uploaded.bvh_triangles.buffer);
+    assert_eq!(read(&gpu, &uploaded.bvh_nodes), bvh.node_bytes());
+    let bytes = read(&gpu, &uploaded.bvh_triangles);
     let in_leaf_order: &[BvhTriangle] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.triangles.buffer);
+    let bytes = read(&gpu, &uploaded.triangles);
     let attributes: &[TriangleAttributes] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.lights.buffer);
+    let bytes = read(&gpu, &uploaded.lights);
     let lights: &[Light] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.materials.buffer);
+    let bytes = read(&gpu, &uploaded.materials);
     let materials: &[Material] = bytemuck::cast_slice(&bytes);
     assert_eq!(in_leaf_order.len(), scene.triangles.len());
     assert_eq!(materials.len(), scene.materials.len());
@@ -84,4 +85,20 @@ fn a_device_that_is_too_small_is_named() {
     for part in ["`caustics`", "`bvh_nodes`", "bytes", "65536", "max_storage_buffer_binding_size"] {
         assert!(message.contains(part), "`{message}` should say `{part}`");
     }
+}
+
+#[test]
+fn a_described_scene_declares_the_frame_of_an_uploaded_one() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let scene = builtin::cornell();
+    let described = GpuScene::describe(&scene).unwrap();
+    let uploaded = GpuScene::upload(&gpu.device, &gpu.queue, &scene).unwrap();
+    let declare = |scene: &GpuScene| {
+        let mut graph = Graph::new("f");
+        scene.declare(&mut graph);
+        graph.declaration().unwrap().to_frame_json()
+    };
+    assert_eq!(declare(&described), declare(&uploaded));
+    assert_eq!(described.bytes(), uploaded.bytes());
+    assert!(described.bvh_nodes.buffer.is_none() && described.texels.0.is_none(), "something was created");
 }
