@@ -72,6 +72,15 @@ fn row(frame: &Declaration) {
     let mut own = options;
     own.only_own_bytes = true;
     let ours = median(runs, || elapsed(|| plan(black_box(frame), &own).is_ok()));
+    if std::env::var("PHASES").is_ok() {
+        let with = |order, sharing| {
+            let mut o = PlanOptions::default().order(order).sharing(sharing);
+            o.only_own_bytes = true;
+            median(runs, || elapsed(|| plan(black_box(frame), &o).is_ok()))
+        };
+        use lightloom_graph::Sharing as S;
+        println!("   recorded+off {:.1} recorded+merged {:.1} memory+off {:.1} memory+merged {:.1} memory+placed {:.1}", with(PassOrder::Recorded, S::Off), with(PassOrder::Recorded, S::Merged), with(PassOrder::Memory, S::Off), with(PassOrder::Memory, S::Merged), with(PassOrder::Memory, S::Placed));
+    }
     let mut cache = PlanCache::new();
     cache.get(&frame.clone(), own).expect("frames here are sound");
     let cached = median(runs, || elapsed(|| cache.get(black_box(&copy), own).is_ok_and(|planned| planned.cached)));

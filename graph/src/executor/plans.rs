@@ -2,7 +2,7 @@
 
 use super::{cache::Cache, pool::Acquired};
 use crate::{
-    declaration::Declaration,
+    declaration::{Declaration, ResourceKind},
     error::GraphError,
     hash::Folded,
     plan::{Need, Plan, PlanOptions, plan, plan_with_needs},
@@ -173,15 +173,29 @@ fn same_structure(a: &Declaration, b: &Declaration) -> bool {
     a.resources == b.resources && a.passes == b.passes
 }
 
-/// Hash of all that the plan follows from. It need not resist an attacker, and is computed every frame.
+/// Hash of what the plan follows from, without the names: frames that differ only in these are rare, and told apart by
+/// comparing them. It is computed every frame.
 fn structure_hash(declaration: &Declaration, options: PlanOptions) -> u64 {
     let mut hasher = Folded::default();
     options.hash(&mut hasher);
     for resource in &declaration.resources {
-        resource.hash(&mut hasher);
+        let flags = resource.origin as u64 | u64::from(resource.keep) << 8;
+        hasher.write_u64(resource.bytes ^ flags << 48);
+        if let ResourceKind::Texture(desc) = &resource.kind {
+            hasher.write_u64(u64::from(desc.size[0]) | u64::from(desc.size[1]) << 32);
+            hasher.write_u64(u64::from(desc.size[2]) | u64::from(desc.mip_level_count) << 32);
+        }
     }
     for pass in &declaration.passes {
-        pass.hash(&mut hasher);
+        let flags = pass.kind as u64 | u64::from(pass.heavy) << 8 | u64::from(pass.side_effect) << 9;
+        hasher.write_u64(flags | u64::from(pass.pinned) << 10 | (pass.accesses.len() as u64) << 16);
+        for access in &pass.accesses {
+            let how = u64::from(access.read) | (access.write as u64) << 1 | u64::from(access.exclusive) << 3;
+            hasher.write_u64(access.resource as u64 | u64::from(access.usage) << 32 ^ how << 60);
+            if !access.part.is_all() {
+                access.part.hash(&mut hasher);
+            }
+        }
     }
     hasher.finish()
 }

@@ -1,7 +1,7 @@
 //! Leaves out passes whose results nothing uses, and says why, with the chain of passes that do not need them.
 
 use super::{Culled, cells::Cells, dependencies::Edge};
-use crate::declaration::{Declaration, PassDecl, Write};
+use crate::declaration::{Access, Declaration, PassDecl, Write};
 use std::fmt::Write as _;
 
 /// Per pass whether it runs, and the reasons of those that do not.
@@ -34,7 +34,7 @@ fn is_root(declaration: &Declaration, pass: &PassDecl) -> bool {
 }
 
 /// Steps of a chain that are spelt out.
-const LINKS: usize = 6;
+const LINKS: usize = 4;
 
 /// What becomes of what passes write.
 struct Chains<'a> {
@@ -78,13 +78,19 @@ impl<'a> Chains<'a> {
 
     /// Why `pass` does not run. Each thing it writes has a chain that ends where nothing follows.
     fn reason(&self, pass: usize) -> String {
-        let mut text = String::new();
-        for (resource, fate) in self.fates(pass) {
-            let separator = if text.is_empty() { "" } else { "; " };
-            let _ = write!(text, "{separator}writes `{resource}`, ");
-            self.follow(fate, &mut text);
+        let mut text = String::with_capacity(160);
+        for access in self.writes(pass) {
+            if !text.is_empty() {
+                text.push_str("; ");
+            }
+            Self::tell(&mut text, "writes ", &self.declaration.resources[access.resource].name, ", ");
+            self.follow(self.fate(pass, access), &mut text);
         }
         if text.is_empty() { "writes nothing and has no side effect".to_owned() } else { text }
+    }
+
+    fn writes(&self, pass: usize) -> impl Iterator<Item = &'a Access> + use<'a> {
+        self.declaration.passes[pass].accesses.iter().filter(|access| access.writes())
     }
 
     /// Tells a fate, and what became of what its readers wrote from it.
@@ -96,15 +102,15 @@ impl<'a> Chains<'a> {
                     return;
                 }
                 Fate::Overwritten(by) => {
-                    let _ = write!(text, "which `{}` overwrites before anything reads it", self.name(by));
+                    Self::tell(text, "which ", self.name(by), " overwrites before anything reads it");
                     return;
                 }
                 Fate::Read(by, others) => {
-                    let _ = write!(text, "read only by `{}`", self.name(by));
+                    Self::tell(text, "read only by ", self.name(by), "");
                     if others > 0 {
                         let _ = write!(text, " and {others} more that are culled");
                     }
-                    let Some((resource, next)) = self.fates(by).into_iter().next() else {
+                    let Some(access) = self.writes(by).next() else {
                         text.push_str(", which writes nothing and has no side effect");
                         return;
                     };
@@ -112,36 +118,38 @@ impl<'a> Chains<'a> {
                         text.push_str(", which is culled in turn");
                         return;
                     }
-                    let _ = write!(text, ", which writes `{resource}`, ");
-                    fate = next;
+                    Self::tell(text, ", which writes ", &self.declaration.resources[access.resource].name, ", ");
+                    fate = self.fate(by, access);
                 }
             }
         }
     }
 
-    /// Per resource that `pass` writes, in the order of its accesses: its name, and what becomes of it.
-    fn fates(&self, pass: usize) -> Vec<(&'a str, Fate)> {
-        let mut fates: Vec<(&str, Fate)> = Vec::new();
-        for access in self.declaration.passes[pass].accesses.iter().filter(|access| access.writes()) {
-            let mut fate = Fate::Unread;
-            for cell in self.cells.of(access) {
-                let uses = self.uses(cell);
-                let after = &uses[uses.partition_point(|&(other, _)| other as usize <= pass)..];
-                let found = match after.first() {
-                    None => Fate::Unread,
-                    Some(&(by, false)) => Fate::Overwritten(by as usize),
-                    Some(&(by, true)) => {
-                        let readers = after.iter().take_while(|(_, sees)| *sees);
-                        Fate::Read(by as usize, readers.filter(|(other, _)| *other != by).count())
-                    }
-                };
-                if matches!(fate, Fate::Unread) || matches!((&fate, &found), (Fate::Overwritten(_), Fate::Read(..))) {
-                    fate = found;
-                }
-            }
-            fates.push((&self.declaration.resources[access.resource].name, fate));
+    fn tell(text: &mut String, before: &str, name: &str, after: &str) {
+        for part in [before, "`", name, "`", after] {
+            text.push_str(part);
         }
-        fates
+    }
+
+    /// What becomes of what `pass` writes by one access.
+    fn fate(&self, pass: usize, access: &Access) -> Fate {
+        let mut fate = Fate::Unread;
+        for cell in self.cells.of(access) {
+            let uses = self.uses(cell);
+            let after = &uses[uses.partition_point(|&(other, _)| other as usize <= pass)..];
+            let found = match after.first() {
+                None => Fate::Unread,
+                Some(&(by, false)) => Fate::Overwritten(by as usize),
+                Some(&(by, true)) => {
+                    let readers = after.iter().take_while(|(_, sees)| *sees);
+                    Fate::Read(by as usize, readers.filter(|(other, _)| *other != by).count())
+                }
+            };
+            if matches!(fate, Fate::Unread) || matches!((&fate, &found), (Fate::Overwritten(_), Fate::Read(..))) {
+                fate = found;
+            }
+        }
+        fate
     }
 }
 
@@ -196,7 +204,7 @@ mod tests {
         let plan = plan(&Declaration::from_frame_json(&frame).unwrap(), &PlanOptions::default()).unwrap();
         assert_eq!(plan.culled.len(), 50);
         assert!(plan.culled[0].reason.starts_with("writes `r0`, read only by `p1`, which writes `r1`, read only by `p2`"));
-        assert!(plan.culled[0].reason.ends_with("read only by `p7`, which is culled in turn"), "{}", plan.culled[0].reason);
+        assert!(plan.culled[0].reason.ends_with("read only by `p5`, which is culled in turn"), "{}", plan.culled[0].reason);
         assert!(plan.culled[48].reason.ends_with("which writes `r49`, which nothing reads"));
     }
 }

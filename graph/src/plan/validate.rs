@@ -54,8 +54,13 @@ pub(super) fn contents(declaration: &Declaration, cells: &Cells) -> Result<(), G
     GraphError::collect(errors).map_or(Ok(()), Err)
 }
 
-fn unique<'a>(what: &'static str, declaration: &Declaration, names: impl Iterator<Item = &'a str>, errors: &mut Vec<GraphError>) {
-    let mut seen = FoldedMap::default();
+fn unique<'a>(
+    what: &'static str,
+    declaration: &Declaration,
+    names: impl ExactSizeIterator<Item = &'a str>,
+    errors: &mut Vec<GraphError>,
+) {
+    let mut seen = FoldedMap::with_capacity_and_hasher(names.len(), Default::default());
     for (second, name) in names.enumerate() {
         if let Some(&first) = seen.get(name) {
             let (frame, name) = (declaration.name.clone(), name.to_owned());
