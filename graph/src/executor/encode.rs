@@ -3,6 +3,7 @@
 //! ```text
 //!   passes      a  b  c(heavy)  d
 //!   submits    [a  b][c]  wait  [d]     (times by the CPU's clock: one submission and one wait for each)
+//!   placed     [▲a, ▲b][▲c]  wait  [d]  (▲: memory changes hands, in a command buffer of its own)
 //! ```
 
 use super::{
@@ -43,25 +44,39 @@ impl Executor {
         let mut times: Vec<Option<f64>> = vec![None; total];
         let mut staged: Vec<Staged> = Vec::new();
         let mut encoder: Option<wgpu::CommandEncoder> = None;
+        // Finished command buffers, to be submitted with the encoder's.
+        let mut ready: Vec<wgpu::CommandBuffer> = Vec::new();
+        let layout = frame.layout.clone();
         let plan = std::sync::Arc::clone(&frame.plan);
         for (position, &pass) in plan.order.iter().enumerate() {
             let own = source == TimingSource::CpuPerPass || frame.declaration.passes[pass].heavy;
             if own {
-                self.submit(encoder.take());
+                self.submit(&mut ready, encoder.take());
                 if source == TimingSource::CpuPerPass {
                     self.wait()?;
                 }
             }
+            let hand_over = layout.as_ref().and_then(|layout| layout.hand_over(self.device(), position));
+            if let Some(hand_over) = hand_over {
+                ready.extend(encoder.take().map(wgpu::CommandEncoder::finish));
+                ready.push(hand_over);
+            }
             let mut current = encoder.take().unwrap_or_else(|| {
                 self.device().create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(&frame.declaration.name) })
             });
+            if let Some(layout) = &layout {
+                layout.begin(position, &mut current);
+            }
             self.pass(frame, position, &params, queries.as_mut(), &mut current, &mut staged)?;
+            if let Some(layout) = &layout {
+                layout.end(position, &mut current);
+            }
             if !own {
                 encoder = Some(current);
                 continue;
             }
             let started = Instant::now();
-            self.submit(Some(current));
+            self.submit(&mut ready, Some(current));
             self.wait()?;
             if source == TimingSource::CpuPerPass {
                 times[position] = Some(started.elapsed().as_secs_f64() * 1e3);
@@ -79,7 +94,7 @@ impl Executor {
             encoder = Some(current);
         }
         let previous = self.last_submission.clone();
-        self.submit(encoder.take());
+        self.submit(&mut ready, encoder.take());
         if queries.is_some() || !staged.is_empty() || observer.is_some() {
             self.wait()?;
         } else {
@@ -102,9 +117,11 @@ impl Executor {
         Ok(Run { times, readbacks })
     }
 
-    fn submit(&mut self, encoder: Option<wgpu::CommandEncoder>) {
-        if let Some(encoder) = encoder {
-            self.last_submission = Some(self.gate.queue.submit([encoder.finish()]));
+    /// Submits what is ready and then the encoder's commands, if there are any, in one go.
+    fn submit(&mut self, ready: &mut Vec<wgpu::CommandBuffer>, encoder: Option<wgpu::CommandEncoder>) {
+        ready.extend(encoder.map(wgpu::CommandEncoder::finish));
+        if !ready.is_empty() {
+            self.last_submission = Some(self.gate.queue.submit(ready.drain(..)));
         }
     }
 

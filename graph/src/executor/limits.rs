@@ -18,10 +18,7 @@ pub(super) fn check(device: &wgpu::Device, frame: &Frame<'_>) -> Result<(), Grap
             continue;
         }
         let usage = frame.plan.usages[index];
-        match &resource.kind {
-            ResourceKind::Buffer(_) => buffer(resource, usage, &limits)?,
-            ResourceKind::Texture(_) => texture(resource, usage, &limits, features)?,
-        }
+        resource_limits(resource, usage, &limits, features)?;
         if resource.origin == crate::Origin::Imported {
             import(frame, index, usage)?;
         }
@@ -37,6 +34,19 @@ pub(super) fn check(device: &wgpu::Device, frame: &Frame<'_>) -> Result<(), Grap
         }
     }
     Ok(())
+}
+
+/// The first thing about one resource, used in this way, that the device cannot do.
+pub(super) fn resource_limits(
+    resource: &ResourceDecl,
+    usage: u32,
+    limits: &wgpu::Limits,
+    features: wgpu::Features,
+) -> Result<(), GraphError> {
+    match &resource.kind {
+        ResourceKind::Buffer(_) => buffer(resource, usage, limits),
+        ResourceKind::Texture(_) => texture(resource, usage, limits, features),
+    }
 }
 
 fn limit(what: &str, asked: u64, name: &'static str, allowed: u64, mend: &str) -> Result<(), GraphError> {

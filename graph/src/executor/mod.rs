@@ -3,6 +3,7 @@
 mod bindings;
 mod encode;
 mod gate;
+mod heap;
 mod history;
 mod limits;
 mod pipelines;
@@ -18,6 +19,7 @@ use crate::{
     plan::{Culled, Plan, PlanOptions},
 };
 use gate::Gate;
+use heap::{HeapError, Heaps};
 use std::{ops::ControlFlow, sync::Arc, time::Instant};
 pub use timing::TimingSource;
 
@@ -33,6 +35,8 @@ pub struct Executor {
     source: TimingSource,
     plans: plans::Plans,
     pool: pool::Pool,
+    /// Shared memory, or why there is none; `None` until it is first asked for.
+    heaps: Option<Result<Heaps, String>>,
     history: history::Histories,
     pipelines: pipelines::Pipelines,
     params: Option<wgpu::Buffer>,
@@ -74,9 +78,13 @@ pub struct FrameOutput {
     pub memory: Memory,
     /// Bytes of transient resources in use at each pass that ran.
     pub live_bytes: Vec<u64>,
-    /// Objects the executor's pool holds now, of this and recent frames.
+    /// How its transient resources shared memory.
+    pub sharing: Sharing,
+    /// Why it was not the way asked for; empty if it was.
+    pub sharing_note: String,
+    /// Objects the executor's pool and heaps hold now, of this and recent frames.
     pub pool_objects: usize,
-    /// Bytes the executor's pool and histories hold now.
+    /// Bytes the executor's pool, heaps and histories hold now. For heaps these are bytes of device memory, as allocated.
     pub held_bytes: u64,
     /// Time to plan, or to find the plan in the cache (µs).
     pub plan_us: f64,
@@ -117,6 +125,8 @@ struct Frame<'f> {
     objects: Vec<crate::graph::Object>,
     /// Per resource: the wgpu object, if a pass that runs uses it.
     physical: Vec<Physical>,
+    /// Objects in shared memory, if the plan has such.
+    layout: Option<Arc<heap::Layout>>,
     readbacks: u32,
 }
 
@@ -147,6 +157,7 @@ impl Executor {
             source,
             plans: plans::Plans::default(),
             pool: pool::Pool::default(),
+            heaps: None,
             history: history::Histories::default(),
             pipelines: pipelines::Pipelines::default(),
             params: None,
@@ -210,22 +221,23 @@ impl Executor {
         self.gate.alive()?;
         graph.check()?;
         let started = Instant::now();
-        let options = PlanOptions::default().sharing(self.sharing);
-        let planned = self.plans.get(&graph.declaration, options)?;
+        let mut planned = self.plan(&graph.declaration)?;
         let plan_us = started.elapsed().as_secs_f64() * 1e6;
         let graph_id = graph.id;
         let resources = graph.declaration.resources.len();
         let mut frame = Frame {
             declaration: graph.declaration,
-            plan: planned.plan,
+            plan: Arc::clone(&planned.plan),
             work: graph.work.into_iter().map(Some).collect(),
             objects: graph.objects,
             physical: vec![Physical::None; resources],
+            layout: None,
             readbacks: graph.readbacks,
         };
         limits::check(&self.gate.device, &frame)?;
         self.frame += 1;
         let held = self.held_bytes();
+        self.place(&mut frame, &mut planned)?;
         let gate = self.gate.clone();
         let allocated = gate.scoped("allocation", held, || {
             self.allocate(&mut frame);
@@ -243,13 +255,18 @@ impl Executor {
         self.history.commit(&frame);
         let readbacks = std::mem::take(&mut run.readbacks);
         self.pool.evict(self.frame);
+        if let Some(Ok(heaps)) = &mut self.heaps {
+            heaps.commit(self.frame);
+        }
         self.pipelines.evict(self.frame);
         Ok(FrameOutput {
             passes: run.times,
             culled: frame.plan.culled.clone(),
             memory: frame.plan.memory,
             live_bytes: frame.plan.live_bytes.clone(),
-            pool_objects: self.pool.objects(),
+            sharing: planned.sharing,
+            sharing_note: planned.note,
+            pool_objects: self.pool.objects() + self.heaps().map_or(0, Heaps::objects),
             held_bytes: self.held_bytes(),
             plan_us,
             cached_plan: planned.cached,
@@ -260,8 +277,65 @@ impl Executor {
         })
     }
 
+    fn heaps(&self) -> Option<&Heaps> {
+        self.heaps.as_ref().and_then(|heaps| heaps.as_ref().ok())
+    }
+
     fn held_bytes(&self) -> u64 {
-        self.pool.bytes().saturating_add(self.history.bytes())
+        let placed = self.heaps().map_or(0, Heaps::allocated_bytes);
+        self.pool.bytes().saturating_add(self.history.bytes()).saturating_add(placed)
+    }
+
+    /// The frame's plan, for heaps where they are asked for and there are some.
+    fn plan(&mut self, declaration: &Declaration) -> Result<plans::Planned, GraphError> {
+        let device = &self.gate.device;
+        let options = PlanOptions::default().sharing(self.sharing);
+        if self.sharing != Sharing::Placed {
+            return self.plans.get(declaration, options, None);
+        }
+        match self.heaps.get_or_insert_with(|| Heaps::new(device)) {
+            Ok(heaps) => self.plans.get(declaration, options, Some((heaps, device))),
+            Err(note) => {
+                let planned = self.plans.get(declaration, options.sharing(Sharing::Merged), None)?;
+                Ok(plans::Planned { note: note.clone(), ..planned })
+            }
+        }
+    }
+
+    /// Gives the frame its shared memory. Where the device cannot, the frame gets another plan, and `planned` says why.
+    fn place(&mut self, frame: &mut Frame<'_>, planned: &mut plans::Planned) -> Result<(), GraphError> {
+        let Some(Ok(heaps)) = &mut self.heaps else { return Ok(()) };
+        if planned.sharing != Sharing::Placed {
+            return Ok(());
+        }
+        let (gate, number) = (self.gate.clone(), self.frame);
+        let held = heaps.allocated_bytes();
+        let mut acquire = || {
+            gate.scoped("placement", held, || match heaps.acquire(&frame.declaration, &frame.plan, number) {
+                // What earlier plans held may yet serve.
+                Err(HeapError::OutOfMemory) => {
+                    heaps.clear();
+                    gate.wait(None)?;
+                    Ok(heaps.acquire(&frame.declaration, &frame.plan, number))
+                }
+                other => Ok(other),
+            })
+        };
+        match acquire()? {
+            Ok(layout) => {
+                for (resource, physical) in layout.physical() {
+                    frame.physical[resource] = physical.clone();
+                }
+                frame.layout = Some(layout);
+                Ok(())
+            }
+            Err(HeapError::OutOfMemory) => Err(GraphError::OutOfMemory { during: "placement".to_owned(), bytes: held }),
+            Err(HeapError::Unsupported(note)) => {
+                *planned = plans::Planned { reason: planned.reason.clone(), ..self.plans.fall_back(&frame.declaration, note)? };
+                frame.plan = Arc::clone(&planned.plan);
+                Ok(())
+            }
+        }
     }
 
     /// Finds the object of every resource in use.

@@ -1,7 +1,7 @@
 //! Objects behind transient resources, kept between frames.
 
 use super::{Frame, Physical, create};
-use crate::declaration::ResourceKind;
+use crate::{declaration::ResourceKind, plan::SlotKind};
 use std::collections::HashMap;
 
 /// Frames after which an object nothing uses is dropped: a few graphs may alternate on one executor.
@@ -25,7 +25,7 @@ impl Pool {
     /// Gives each slot of the plan an object. Slot by slot in order, so equal plans get equal objects.
     pub(super) fn acquire(&mut self, device: &wgpu::Device, frame: &mut Frame<'_>, number: u64) {
         let mut taken: HashMap<(ResourceKind, u32), usize> = HashMap::new();
-        for (index, slot) in frame.plan.slots.iter().enumerate() {
+        for (index, slot) in frame.plan.slots.iter().enumerate().filter(|(_, slot)| slot.kind != SlotKind::Heap) {
             let Some(&first) = slot.resources.first() else { continue };
             let mut kind = frame.declaration.resources[first].kind.clone();
             if let ResourceKind::Buffer(desc) = &mut kind {

@@ -5,6 +5,8 @@
 
 mod execution;
 mod frames;
+#[cfg(feature = "placement")]
+mod placement;
 mod planning;
 mod refusals;
 mod sharing;

@@ -70,7 +70,7 @@ fn declare(graph: &mut Graph<'_>) -> Readback {
     graph.readback_texture(&image)
 }
 
-fn run(executor: &mut Executor, sharing: Sharing) -> (Vec<u8>, FrameOutput) {
+pub(crate) fn run(executor: &mut Executor, sharing: Sharing) -> (Vec<u8>, FrameOutput) {
     executor.set_sharing(sharing);
     let mut graph = Graph::new("image");
     let read = declare(&mut graph);
