@@ -10,6 +10,8 @@ mod placement;
 mod planning;
 mod refusals;
 mod sharing;
+#[cfg(feature = "placement")]
+mod validation;
 
 use lightloom_graph::{ComputeShader, Executor, Gpu, shader_struct};
 

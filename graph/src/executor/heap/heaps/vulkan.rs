@@ -42,6 +42,8 @@ pub(super) struct Vulkan {
     largest: u64,
     /// Whether images may name the formats of their views.
     format_lists: bool,
+    /// Whether the driver drops a barrier that is the first or the last command of its command buffer.
+    drops_barriers: bool,
     /// Memory types that serve buffers, colours and depth alike.
     common: u32,
     bytes: AtomicU64,
@@ -95,6 +97,9 @@ impl Vulkan {
             granularity: properties.limits.buffer_image_granularity.max(1),
             largest,
             format_lists: version >= vk::API_VERSION_1_2,
+            // Mesa's software driver: it takes the end of a command buffer for a wait, which it is not. Resources of their
+            // own it orders by other means, but not aliased ones. Seen in 22.3.6, by wrong images.
+            drops_barriers: device.adapter_info().driver == "llvmpipe",
             common: u32::MAX,
             bytes: AtomicU64::new(0),
             objects: AtomicUsize::new(0),
@@ -440,7 +445,15 @@ pub(super) fn barrier(device: &wgpu::Device, vulkan: &Vulkan, images: &[Image]) 
         encoder.as_hal_mut::<Api, _, _>(|hal| {
             if let Some(hal) = hal {
                 let commands = hal.raw_handle();
+                // A command without effect, where the driver must not see the barrier at either end.
+                let pad = || {
+                    if vulkan.drops_barriers {
+                        vulkan.device.cmd_set_line_width(commands, 1.0);
+                    }
+                };
+                pad();
                 vulkan.device.cmd_pipeline_barrier(commands, stages, stages, none, &[memory], &[], &images);
+                pad();
             }
         });
     }
