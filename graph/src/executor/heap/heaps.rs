@@ -292,3 +292,110 @@ impl Layout {
         self.blocks.iter().find(|(other, _)| Arc::ptr_eq(other, block)).map(|(_, bytes)| *bytes)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{BufferDesc, Gpu, Graph, PlanOptions, Sharing, TextureDesc, plan_with_needs};
+    use std::cell::RefCell;
+
+    /// Heaps on a test device; `None` prints SKIPPED.
+    fn heaps() -> Option<(Gpu, Heaps)> {
+        let gpu = Gpu::for_tests()?;
+        match Heaps::new(&gpu.device) {
+            Ok(heaps) => Some((gpu, heaps)),
+            Err(why) => {
+                println!("SKIPPED: {why}");
+                None
+            }
+        }
+    }
+
+    /// Two textures and a buffer of `size`, in use together.
+    fn planned(heaps: &mut Heaps, size: u32) -> (Declaration, Arc<Plan>) {
+        let mut graph = Graph::new("heaps");
+        let desc = TextureDesc::new_2d([size, size], wgpu::TextureFormat::Rgba8Unorm);
+        let (mut a, mut b) = (graph.texture("a", desc.clone()), graph.texture("b", desc));
+        let mut words = graph.buffer("words", BufferDesc::words(size.into()));
+        graph.closure("all").write(&mut a).write(&mut b).write(&mut words).side_effect().record(|_| Ok(()));
+        let declaration = graph.declaration().unwrap();
+        let heaps = RefCell::new(heaps);
+        let need = |resource: usize, usage: u32| heaps.borrow_mut().need(&declaration.resources[resource].kind, usage).unwrap();
+        let plan = plan_with_needs(&declaration, &PlanOptions::default().sharing(Sharing::Placed), &need).unwrap();
+        (declaration, Arc::new(plan))
+    }
+
+    fn textures(layout: &Layout) -> Vec<wgpu::Texture> {
+        let mut found: Vec<_> = layout.physical().collect();
+        found.sort_by_key(|(resource, _)| *resource);
+        let texture = |physical: &Physical| match physical {
+            Physical::Texture(texture) => Some(texture.clone()),
+            _ => None,
+        };
+        found.into_iter().filter_map(|(_, physical)| texture(physical)).collect()
+    }
+
+    #[test]
+    fn equal_plans_have_equal_objects_and_nothing_is_left_behind() {
+        let Some((gpu, mut heaps)) = heaps() else { return };
+        let vulkan = Arc::clone(&heaps.vulkan);
+        let (declaration, plan) = planned(&mut heaps, 64);
+        let first = textures(&heaps.acquire(&declaration, &plan, 1).unwrap());
+        heaps.commit(1);
+        // The same plan, made again: what a plan cache does that has forgotten it.
+        let again = Arc::new(Plan::clone(&plan));
+        let second = textures(&heaps.acquire(&declaration, &again, 2).unwrap());
+        heaps.commit(2);
+        assert_eq!(first, second, "bind groups made for one fit the other");
+        assert_eq!((vulkan.objects(), vulkan.bytes()), (3, plan.memory.allocated_bytes));
+        // A smaller plan lies in the same memory, a larger one takes its place.
+        let (small_declaration, small) = planned(&mut heaps, 48);
+        heaps.acquire(&small_declaration, &small, 3).unwrap();
+        heaps.commit(3);
+        assert_eq!((vulkan.objects(), vulkan.bytes()), (6, plan.memory.allocated_bytes));
+        drop((first, second));
+        let (large_declaration, large) = planned(&mut heaps, 256);
+        heaps.acquire(&large_declaration, &large, 4).unwrap();
+        heaps.commit(4);
+        assert_eq!((vulkan.objects(), vulkan.bytes()), (3, large.memory.allocated_bytes), "all callbacks have run");
+        // What is too large for what is still used is given back.
+        for number in 5..20 {
+            heaps.acquire(&small_declaration, &small, number).unwrap();
+            heaps.commit(number);
+        }
+        assert_eq!((vulkan.objects(), vulkan.bytes()), (3, small.memory.allocated_bytes));
+        // A frame that does not come to its end: all is made anew.
+        let before = textures(&heaps.acquire(&small_declaration, &small, 20).unwrap());
+        let after = textures(&heaps.acquire(&small_declaration, &small, 21).unwrap());
+        assert_ne!(before, after);
+        heaps.commit(21);
+        drop(before);
+        // A texture the caller has kept is good for as long as it is kept.
+        drop(heaps);
+        assert_eq!(vulkan.objects(), 2, "the two textures of `after`");
+        assert!(vulkan.bytes() > 0, "and their memory");
+        drop(after);
+        drop(gpu);
+        assert_eq!((vulkan.objects(), vulkan.bytes()), (0, 0), "each object and each piece of memory was given back");
+    }
+
+    #[test]
+    fn a_plan_that_does_not_fit_is_refused() {
+        let Some((_gpu, mut heaps)) = heaps() else { return };
+        let (declaration, plan) = planned(&mut heaps, 64);
+        for (offset, bytes) in [(1, None), (1 << 20, None), (0, Some(1))] {
+            let mut bad = Plan::clone(&plan);
+            bad.offsets[0] = Some(offset);
+            bad.slots[0].bytes = bytes.unwrap_or(bad.slots[0].bytes);
+            let error = heaps.acquire(&declaration, &Arc::new(bad), 1).unwrap_err();
+            assert!(
+                matches!(&error, HeapError::Unsupported(message) if message.contains("`a`") || message.contains("`b`")),
+                "{error:?}"
+            );
+        }
+        let mut huge = Plan::clone(&plan);
+        huge.slots[0].bytes = u64::MAX;
+        assert_eq!(heaps.acquire(&declaration, &Arc::new(huge), 1).unwrap_err(), HeapError::OutOfMemory);
+        assert!(heaps.acquire(&declaration, &plan, 2).is_ok(), "and it goes on");
+    }
+}
