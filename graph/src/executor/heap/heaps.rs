@@ -152,7 +152,7 @@ impl Heaps {
                 let (need, key) = need(self, resource)?;
                 let offset = plan.offsets[resource].unwrap_or(0);
                 let end = offset.saturating_add(need.bytes);
-                if need.class != class || offset % need.align != 0 || end > memory.bytes {
+                if need.class != class || !offset.is_multiple_of(need.align) || end > memory.bytes {
                     let name = &declaration.resources[resource].name;
                     let message = format!("the plan puts `{name}` at {offset} of {}, where it needs {need:?}", memory.bytes);
                     return Err(HeapError::Unsupported(message));
