@@ -121,6 +121,20 @@ fn shared_memory_really_is_garbage_at_first() {
 }
 
 #[test]
+#[cfg(not(feature = "placement"))]
+fn without_the_feature_placed_is_pooled_and_says_so() {
+    let Some(mut executor) = executor() else { return };
+    let (pooled, merged) = run(&mut executor, Sharing::Merged);
+    assert_eq!((merged.sharing, merged.sharing_note.as_str()), (Sharing::Merged, ""));
+    for _ in 0..2 {
+        let (image, placed) = run(&mut executor, Sharing::Placed);
+        assert_eq!(placed.sharing, Sharing::Merged);
+        assert_eq!(placed.sharing_note, "lightloom-graph was built without its feature `placement`");
+        assert!(placed.cached_plan && placed.memory == merged.memory && image == pooled, "the pool's own plan");
+    }
+}
+
+#[test]
 fn a_pass_that_relies_on_stale_contents_is_refused() {
     let accumulate = ComputeShader::from_wgsl(
         "accumulate",

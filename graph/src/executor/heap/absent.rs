@@ -51,7 +51,7 @@ impl Heaps {
 }
 
 impl Layout {
-    pub(in crate::executor) fn physical(&self) -> impl Iterator<Item = (usize, &Physical)> {
+    pub(in crate::executor) fn physical(&self) -> std::iter::Empty<(usize, &Physical)> {
         match *self {}
     }
 
