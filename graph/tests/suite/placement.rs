@@ -448,3 +448,143 @@ fn misuse_of_memory_that_was_not_handed_over() {
     let output = executor.execute(graph).unwrap();
     assert_eq!(output.memory.allocated_bytes, 4096, "both in the same memory");
 }
+
+/// A small generator of random numbers, xorshift.
+struct Random(u64);
+
+impl Random {
+    /// A number below `n`.
+    fn below(&mut self, n: u32) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 32) as u32 % n
+    }
+}
+
+/// Passes that turn random buffers and textures into others, each written whole.
+fn random_frame(seed: u64) -> (Graph<'static>, Vec<Readback>) {
+    let value = "struct Amount { value: f32, count: u32 } @group(0) @binding(0) var<uniform> params: Amount;";
+    let words = "@group(0) @binding(1) var<storage, read> source_words: array<f32>;
+        @group(0) @binding(2) var<storage, read_write> target_words: array<f32>;";
+    let mix = shader(
+        "mix_words",
+        &format!(
+            "{value} {words} @compute @workgroup_size(64) fn mix_words(@builtin(global_invocation_id) id: vec3u) {{
+                if id.x < params.count {{
+                    target_words[id.x] = source_words[(id.x * 3u) % arrayLength(&source_words)] + params.value;
+                }}
+            }}"
+        ),
+    );
+    let paint = shader(
+        "paint",
+        "@group(0) @binding(1) var<storage, read> source_words: array<f32>;
+        @group(0) @binding(2) var image: texture_storage_2d<r32float, write>;
+        @compute @workgroup_size(8, 8) fn paint(@builtin(global_invocation_id) id: vec3u) {
+            let size = textureDimensions(image);
+            if all(id.xy < size) {
+                textureStore(image, id.xy, vec4f(source_words[(id.x + id.y * size.x) % arrayLength(&source_words)]));
+            }
+        }",
+    );
+    let scan = shader(
+        "scan",
+        "struct Amount { value: f32, count: u32 } @group(0) @binding(0) var<uniform> params: Amount;
+        @group(0) @binding(1) var image: texture_2d<f32>;
+        @group(0) @binding(2) var<storage, read_write> target_words: array<f32>;
+        @compute @workgroup_size(64) fn scan(@builtin(global_invocation_id) id: vec3u) {
+            let size = textureDimensions(image);
+            if id.x < params.count {
+                target_words[id.x] = textureLoad(image, vec2u(id.x, id.x / size.x) % size, 0).x + params.value;
+            }
+        }",
+    );
+    let (fill, cells) = (fill(), pattern());
+    let mut random = Random(seed * 2 + 1);
+    let mut graph = Graph::new("random");
+    let (mut buffers, mut textures, mut reads) = (Vec::new(), Vec::new(), Vec::new());
+    for step in 0..30 {
+        let count = 16 + random.below(500);
+        let amount = Amount { value: step as f32, count };
+        let size = [4 + random.below(30), 4 + random.below(30)];
+        let desc = TextureDesc::new_2d(size, F::R32Float);
+        let kind = if buffers.is_empty() || textures.is_empty() { step % 2 } else { random.below(7) };
+        // One of the latest, so that lives are short.
+        let some = |random: &mut Random, count: usize| count - 1 - random.below(count.min(3) as u32) as usize;
+        match kind {
+            0 => {
+                let mut words = graph.buffer("words", BufferDesc::words(count.into()));
+                graph.compute(&fill).params(&amount).write("words", &mut words).dispatch_1d(count);
+                buffers.push(words);
+            }
+            1 => {
+                let mut image = graph.texture("image", desc);
+                let pass = graph.raster(&cells).params(&amount);
+                pass.color("color", &mut image, Load::Clear([0.0; 4])).draw(3, 1);
+                textures.push(image);
+            }
+            2 => {
+                let mut words = graph.buffer("words", BufferDesc::words(count.into()));
+                let source = &buffers[some(&mut random, buffers.len())];
+                let pass = graph.compute(&mix).params(&amount).read("source_words", source);
+                pass.write("target_words", &mut words).dispatch_1d(count);
+                buffers.push(words);
+            }
+            3 => {
+                let mut image = graph.texture("image", desc);
+                let source = &buffers[some(&mut random, buffers.len())];
+                let pass = graph.compute(&paint).read("source_words", source).write("image", &mut image);
+                pass.dispatch_threads([size[0], size[1], 1]);
+                textures.push(image);
+            }
+            4 => {
+                let mut words = graph.buffer("words", BufferDesc::words(count.into()));
+                let source = &textures[some(&mut random, textures.len())];
+                let pass = graph.compute(&scan).params(&amount).read("image", source);
+                pass.write("target_words", &mut words).dispatch_1d(count);
+                buffers.push(words);
+            }
+            5 => {
+                let source = &textures[some(&mut random, textures.len())];
+                let mut copy = graph.texture("copy", source.desc().clone());
+                graph.copy_texture(source, &mut copy);
+                textures.push(copy);
+            }
+            _ => {
+                let mut words = graph.buffer("zero", BufferDesc::words(count.into()));
+                graph.clear_buffer(&mut words);
+                buffers.push(words);
+            }
+        }
+        if random.below(3) == 0 && !textures.is_empty() {
+            reads.push(graph.readback_texture(&textures[some(&mut random, textures.len())]));
+        }
+        if random.below(3) == 0 {
+            reads.push(graph.readback_buffer(&buffers[some(&mut random, buffers.len())]));
+        }
+    }
+    (graph, reads)
+}
+
+#[test]
+fn random_frames_are_the_same_alone_and_placed() {
+    let Some(mut executor) = placing() else { return };
+    let mut alone = beside(&executor, Sharing::Off);
+    let run = |executor: &mut Executor, seed: u64| {
+        let (graph, reads) = random_frame(seed);
+        let output = executor.execute(graph).unwrap();
+        (reads.iter().map(|read| output.bytes(*read).to_vec()).collect::<Vec<_>>(), output)
+    };
+    let (mut placed, mut unshared) = (0, 0);
+    for seed in 1..60 {
+        let (expected, _) = run(&mut alone, seed);
+        let (found, output) = run(&mut executor, seed);
+        assert_eq!(output.sharing_note, "", "seed {seed}");
+        assert!(found == expected, "seed {seed}");
+        placed += output.memory.allocated_bytes;
+        unshared += output.memory.unshared_bytes;
+    }
+    println!("{placed} bytes placed, {unshared} alone");
+    assert!(placed < unshared, "{placed} bytes placed, {unshared} alone");
+}
