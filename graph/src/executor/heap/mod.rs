@@ -37,7 +37,9 @@
 //! to wgpu, so that wgpu knows the submission that holds the barrier to be a user of them.
 //!
 //! **Contents.** wgpu takes what is made outside for initialised and clears nothing. The planner refuses reads of what
-//! nothing wrote, so nothing sees garbage.
+//! nothing wrote, so nothing sees garbage. One trap is left: after `StoreOp::Discard` wgpu takes a texture for cleared no
+//! more, would clear it before the next use that is not an attachment's clear, and panics as it knows no way to clear a
+//! texture made outside. So what lies in a heap is discarded only if it is nothing but an attachment.
 //!
 //! Memory blocks serve all graphs of an executor, one after the other; one that is too small for a new plan is given up
 //! for a larger one, and one of which less than half is used is given up for a smaller one.
