@@ -33,7 +33,7 @@ fn layer() -> Option<PathBuf> {
 
 /// Runs tests of this program under the layer; gives what they and the layer print.
 fn under(library: &Path, arguments: &[&str]) -> String {
-    let folder = env::temp_dir().join(format!("lightloom-validation-{}-{}", std::process::id(), arguments[0].len()));
+    let folder = env::temp_dir().join(format!("lightloom-validation-{}-{}", std::process::id(), arguments[0].replace(':', "")));
     std::fs::create_dir_all(&folder).unwrap();
     // A package may bring the library without the file by which Vulkan's loader finds it.
     let manifest = format!(
