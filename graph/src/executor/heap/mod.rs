@@ -54,6 +54,7 @@ pub(super) use heaps::{Heaps, Layout};
 
 /// Why a plan gets no memory here.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(dead_code, reason = "never made where there are no heaps")]
 pub(super) enum HeapError {
     /// Placement does not serve this; in words for the user. The pool may.
     Unsupported(String),
