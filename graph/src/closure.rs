@@ -29,12 +29,14 @@ impl ClosureContext<'_> {
         self.device
     }
 
-    /// The queue. What is submitted here runs before this pass's own commands.
+    /// The queue. What is submitted or written here runs before this pass's own commands, and may run before those of
+    /// earlier passes: use it for resources of your own, as a transient one does not have its memory yet.
     pub fn queue(&self) -> &wgpu::Queue {
         self.queue
     }
 
-    /// The encoder the pass records into. End every pass begun on it.
+    /// The encoder the pass records into. End every pass begun on it, and store what it draws: a transient texture with
+    /// other usages than an attachment's must not be discarded.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.encoder
     }

@@ -3,6 +3,7 @@
 //! ```text
 //!   steps       a  b  c(heavy)  d
 //!   submits    [a  b][c]  wait  [d]     (times by the CPU's clock: one submission and one wait for each)
+//!   placed     [▲a, ▲b][▲c]  wait  [d]  (▲: memory changes hands, in a command buffer of its own)
 //! ```
 
 use super::{
@@ -52,7 +53,16 @@ impl Executor {
                     self.wait()?;
                 }
             }
+            if let Some(layout) = &frame.layout
+                && let Some(hand_over) = layout.hand_over(self.device(), step.start)
+            {
+                batch.push(Item::Commands(hand_over));
+                batch.push(Item::Begins(step.start));
+            }
             batch.extend(self.prepare(frame, &mut work, number, &mut shared)?);
+            if frame.layout.as_ref().is_some_and(|layout| layout.ends(step)) {
+                batch.push(Item::Ends(step.clone()));
+            }
             if !own {
                 continue;
             }

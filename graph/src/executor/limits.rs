@@ -18,12 +18,22 @@ pub(super) fn resources(limits: &wgpu::Limits, features: wgpu::Features, frame: 
             continue;
         }
         let usage = frame.plan.usages[index];
-        match &resource.kind {
-            ResourceKind::Buffer(_) => buffer(resource, usage, limits)?,
-            ResourceKind::Texture(_) => texture(resource, usage, limits, features)?,
-        }
+        self::resource(resource, usage, limits, features)?;
     }
     Ok(())
+}
+
+/// The first thing about one resource, used in this way, that the device cannot do.
+pub(super) fn resource(
+    resource: &ResourceDecl,
+    usage: u32,
+    limits: &wgpu::Limits,
+    features: wgpu::Features,
+) -> Result<(), GraphError> {
+    match &resource.kind {
+        ResourceKind::Buffer(_) => buffer(resource, usage, limits),
+        ResourceKind::Texture(_) => texture(resource, usage, limits, features),
+    }
 }
 
 /// What may differ in every frame of one plan: imported objects, sizes of dispatches, shaders. What shaders that have a

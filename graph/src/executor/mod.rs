@@ -6,6 +6,7 @@ mod encode;
 #[cfg(test)]
 mod endurance;
 mod gate;
+mod heap;
 mod history;
 mod in_flight;
 mod limits;
@@ -25,6 +26,7 @@ use crate::{
     plan::{Culled, Plan, PlanOptions},
 };
 use gate::Gate;
+use heap::{HeapError, Heaps};
 pub use in_flight::InFlight;
 pub use plans::{PlanCache, Planned};
 pub(crate) use readback::texture_bytes;
@@ -53,6 +55,8 @@ pub struct Executor {
     plans: PlanCache,
     replanned: String,
     pool: pool::Pool,
+    /// Shared memory, or why there is none; `None` until it is first asked for.
+    heaps: Option<Result<Heaps, String>>,
     history: history::Histories,
     pipelines: pipelines::Pipelines,
     zeros: zeros::Zeros,
@@ -95,9 +99,13 @@ pub struct FrameOutput {
     pub memory: Memory,
     /// Bytes of transient resources in use at each pass that ran.
     pub live_bytes: Vec<u64>,
-    /// Objects the executor's pool holds now, of this and recent frames.
+    /// How its transient resources shared memory.
+    pub sharing: Sharing,
+    /// Why it was not the way asked for; empty if it was.
+    pub sharing_note: String,
+    /// Objects the executor's pool and heaps hold now, of this and recent frames.
     pub pool_objects: usize,
-    /// Bytes the executor's pool and histories hold now.
+    /// Bytes the executor's pool, heaps and histories hold now. For heaps these are bytes of device memory, as allocated.
     pub held_bytes: u64,
     /// Time to plan, or to find the plan in the cache (µs).
     pub plan_us: f64,
@@ -141,6 +149,8 @@ struct Frame<'f> {
     params: &'f [u8],
     /// Per resource: the wgpu object, if a pass that runs uses it.
     physical: Vec<Physical>,
+    /// Objects in shared memory, if the plan has such.
+    layout: Option<Arc<heap::Layout>>,
 }
 
 /// The wgpu object behind a resource.
@@ -191,6 +201,7 @@ impl Executor {
             plans: PlanCache::new(),
             replanned: String::new(),
             pool: pool::Pool::default(),
+            heaps: None,
             history: history::Histories::default(),
             pipelines: pipelines::Pipelines::default(),
             zeros: zeros::Zeros::default(),
@@ -302,7 +313,7 @@ impl Executor {
             transient_attachments: self.transient_attachments,
             only_own_bytes: true,
         };
-        let planned = self.plans.get(&graph.declaration, options)?;
+        let mut planned = self.plan(&graph.declaration, options)?;
         self.replanned.clone_from(&planned.reason);
         let plan_us = started.elapsed().as_secs_f64() * 1e6;
         let mut state = self.plans.take_state();
@@ -311,13 +322,14 @@ impl Executor {
         let physical = vec![Physical::None; declaration.resources.len()];
         let mut frame = Frame {
             declaration,
-            plan: planned.plan,
+            plan: Arc::clone(&planned.plan),
             objects: &graph.objects,
             initials: &graph.initials,
             params: &graph.params,
             physical,
+            layout: None,
         };
-        let ran = self.start(&mut frame, work, &mut state, &mut observer);
+        let ran = self.start(&mut frame, work, &mut planned, &mut state, &mut observer);
         self.plans.put_state(state);
         let (run, source) = ran?;
         let total = frame.plan.order.len();
@@ -330,6 +342,9 @@ impl Executor {
         let passes =
             run.times.iter().enumerate().map(|(position, &gpu_ms)| PassTime { name: name(position).clone(), gpu_ms }).collect();
         self.pool.evict(self.frame);
+        if let Some(Ok(heaps)) = &mut self.heaps {
+            heaps.commit(self.frame);
+        }
         self.pipelines.evict(self.frame);
         self.plans.evict(self.frame);
         let output = FrameOutput {
@@ -337,7 +352,9 @@ impl Executor {
             culled: frame.plan.culled.clone(),
             memory: frame.plan.memory,
             live_bytes: frame.plan.live_bytes.clone(),
-            pool_objects: self.pool.objects(),
+            sharing: planned.sharing,
+            sharing_note: planned.note,
+            pool_objects: self.pool.objects() + self.heaps().map_or(0, Heaps::objects),
             held_bytes: self.held_bytes(),
             plan_us,
             record_us: started.elapsed().as_secs_f64() * 1e6 - plan_us,
@@ -361,6 +378,7 @@ impl Executor {
         &mut self,
         frame: &mut Frame<'_>,
         work: Vec<Option<crate::graph::Work<'_>>>,
+        planned: &mut Planned,
         state: &mut plans::State,
         observer: &mut Observer<'_>,
     ) -> Result<(encode::Run, TimingSource), GraphError> {
@@ -371,6 +389,10 @@ impl Executor {
         limits::work(&self.limits, &self.pipelines, frame, &work)?;
         self.frame += 1;
         let held = self.held_bytes();
+        if self.place(frame, planned)? {
+            // Another plan, whose state is another too.
+            *state = plans::State::default();
+        }
         let gate = self.gate.clone();
         let allocated = gate.scoped("allocation", held, || {
             self.allocate(frame, &mut state.acquired);
@@ -388,8 +410,65 @@ impl Executor {
         Ok((run, source))
     }
 
+    fn heaps(&self) -> Option<&Heaps> {
+        self.heaps.as_ref().and_then(|heaps| heaps.as_ref().ok())
+    }
+
     fn held_bytes(&self) -> u64 {
-        self.pool.bytes().saturating_add(self.history.bytes())
+        let placed = self.heaps().map_or(0, Heaps::allocated_bytes);
+        self.pool.bytes().saturating_add(self.history.bytes()).saturating_add(placed)
+    }
+
+    /// The frame's plan, for heaps where they are asked for and there are some.
+    fn plan(&mut self, declaration: &Declaration, options: PlanOptions) -> Result<Planned, GraphError> {
+        let device = &self.gate.device;
+        if options.sharing != Sharing::Placed {
+            return self.plans.get(declaration, options);
+        }
+        match self.heaps.get_or_insert_with(|| Heaps::new(device)) {
+            Ok(heaps) => self.plans.get_placed(declaration, options, heaps, device),
+            Err(note) => {
+                let planned = self.plans.get(declaration, options.sharing(Sharing::Merged))?;
+                Ok(Planned { note: note.clone(), ..planned })
+            }
+        }
+    }
+
+    /// Gives the frame its shared memory. Where the device cannot, the frame gets another plan, `planned` says why, and the
+    /// answer is true.
+    fn place(&mut self, frame: &mut Frame<'_>, planned: &mut Planned) -> Result<bool, GraphError> {
+        let Some(Ok(heaps)) = &mut self.heaps else { return Ok(false) };
+        if planned.sharing != Sharing::Placed {
+            return Ok(false);
+        }
+        let (gate, number) = (self.gate.clone(), self.frame);
+        let held = heaps.allocated_bytes();
+        let mut acquire = || {
+            gate.scoped("placement", held, || match heaps.acquire(&frame.declaration, &frame.plan, number) {
+                // What earlier plans held may yet serve.
+                Err(HeapError::OutOfMemory) => {
+                    heaps.clear();
+                    gate.wait(None)?;
+                    Ok(heaps.acquire(&frame.declaration, &frame.plan, number))
+                }
+                other => Ok(other),
+            })
+        };
+        match acquire()? {
+            Ok(layout) => {
+                for (resource, physical) in layout.physical() {
+                    frame.physical[resource] = physical.clone();
+                }
+                frame.layout = Some(layout);
+                Ok(false)
+            }
+            Err(HeapError::OutOfMemory) => Err(GraphError::OutOfMemory { during: "placement".to_owned(), bytes: held }),
+            Err(HeapError::Unsupported(note)) => {
+                *planned = Planned { reason: planned.reason.clone(), ..self.plans.fall_back(&frame.declaration, note)? };
+                frame.plan = Arc::clone(&planned.plan);
+                Ok(true)
+            }
+        }
     }
 
     /// Finds the object of every resource in use.

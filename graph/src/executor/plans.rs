@@ -1,13 +1,19 @@
 //! Plans by the structure of their declaration.
 
-use super::{cache::Cache, pool::Acquired};
+use super::{
+    cache::Cache,
+    heap::{HeapError, Heaps},
+    limits,
+    pool::Acquired,
+};
 use crate::{
     declaration::{Declaration, ResourceKind},
     error::GraphError,
     hash::Folded,
-    plan::{Need, Plan, PlanOptions, plan, plan_with_needs},
+    plan::{ALIGN, Need, Plan, PlanOptions, Sharing, plan, plan_with_needs},
 };
 use std::{
+    cell::RefCell,
     hash::{Hash, Hasher},
     sync::Arc,
 };
@@ -29,7 +35,15 @@ struct Entry {
     options: PlanOptions,
     declaration: Declaration,
     plan: Arc<Plan>,
+    sharing: Sharing,
+    note: String,
     state: State,
+}
+
+impl Entry {
+    fn planned(&self, cached: bool, reason: String) -> Planned {
+        Planned { plan: Arc::clone(&self.plan), cached, reason, sharing: self.sharing, note: self.note.clone() }
+    }
 }
 
 /// What the executor keeps with a plan.
@@ -51,6 +65,10 @@ pub struct Planned {
     pub cached: bool,
     /// Why it was made anew; empty if it was in the cache.
     pub reason: String,
+    /// The plan's way of sharing.
+    pub sharing: Sharing,
+    /// Why that is not the one asked for; empty if it is.
+    pub note: String,
 }
 
 impl PlanCache {
@@ -64,7 +82,7 @@ impl PlanCache {
     /// # Errors
     /// As [`plan`].
     pub fn get(&mut self, declaration: &Declaration, options: PlanOptions) -> Result<Planned, GraphError> {
-        self.find(declaration, options, |declaration| plan(declaration, &options))
+        self.find(declaration, options, |declaration| Ok((plan(declaration, &options)?, String::new())))
     }
 
     /// As [`PlanCache::get`], with what each resource needs of shared memory. The needs must not change between calls.
@@ -77,14 +95,33 @@ impl PlanCache {
         options: PlanOptions,
         needs: &dyn Fn(usize, u32) -> Need,
     ) -> Result<Planned, GraphError> {
-        self.find(declaration, options, |declaration| plan_with_needs(declaration, &options, needs))
+        self.find(declaration, options, |declaration| Ok((plan_with_needs(declaration, &options, needs)?, String::new())))
+    }
+
+    /// As [`PlanCache::get`] for shared memory, with what `heaps` say of the needs; a plan for the pool where they refuse.
+    pub(super) fn get_placed(
+        &mut self,
+        declaration: &Declaration,
+        options: PlanOptions,
+        heaps: &mut Heaps,
+        device: &wgpu::Device,
+    ) -> Result<Planned, GraphError> {
+        self.find(declaration, options, |declaration| placed(declaration, options, heaps, device))
+    }
+
+    /// In place of the plan given last, for which there is no shared memory: one for the pool.
+    pub(super) fn fall_back(&mut self, declaration: &Declaration, note: String) -> Result<Planned, GraphError> {
+        let Some(entry) = self.entries.first_mut() else { return self.get(declaration, PlanOptions::default()) };
+        entry.plan = Arc::new(plan(declaration, &entry.options.sharing(Sharing::Merged))?);
+        (entry.sharing, entry.note, entry.state) = (Sharing::Merged, note, State::default());
+        Ok(entry.planned(false, String::new()))
     }
 
     fn find(
         &mut self,
         declaration: &Declaration,
         options: PlanOptions,
-        make: impl FnOnce(&Declaration) -> Result<Plan, GraphError>,
+        make: impl FnOnce(&Declaration) -> Result<(Plan, String), GraphError>,
     ) -> Result<Planned, GraphError> {
         let hash = structure_hash(declaration, options);
         let found = self
@@ -93,14 +130,16 @@ impl PlanCache {
             .position(|entry| entry.hash == hash && entry.options == options && same_structure(&entry.declaration, declaration));
         if let Some(index) = found {
             self.entries[..=index].rotate_right(1);
-            return Ok(Planned { plan: Arc::clone(&self.entries[0].plan), cached: true, reason: String::new() });
+            return Ok(self.entries[0].planned(true, String::new()));
         }
         let reason = self.reason(declaration, options);
-        let plan = Arc::new(make(declaration)?);
+        let (plan, note) = make(declaration)?;
+        let (plan, sharing) = (Arc::new(plan), if note.is_empty() { options.sharing } else { Sharing::Merged });
         self.entries.truncate(KEPT - 1);
-        let entry = Entry { hash, options, declaration: declaration.clone(), plan: Arc::clone(&plan), state: State::default() };
+        let declaration = declaration.clone();
+        let entry = Entry { hash, options, declaration, plan, sharing, note, state: State::default() };
         self.entries.insert(0, entry);
-        Ok(Planned { plan, cached: false, reason })
+        Ok(self.entries[0].planned(false, reason))
     }
 
     /// The state kept with the plan that was found last; put it back when the frame is done.
@@ -144,6 +183,38 @@ impl PlanCache {
             changes.push("the plan of this structure had left the cache".to_owned());
         }
         changes.join("; ")
+    }
+}
+
+/// A plan for shared memory; or one for the pool, with the reason.
+fn placed(
+    declaration: &Declaration,
+    options: PlanOptions,
+    heaps: &mut Heaps,
+    device: &wgpu::Device,
+) -> Result<(Plan, String), GraphError> {
+    let (device_limits, features) = (device.limits(), device.features());
+    let state = RefCell::new((heaps, None));
+    let plan_for_heaps = plan_with_needs(declaration, &options, &|index, usage| {
+        let resource = &declaration.resources[index];
+        let fallback = Need { bytes: resource.bytes, align: ALIGN, class: 0 };
+        // What is beyond the limits is not for the driver to see; the executor refuses the frame before it is placed.
+        if limits::resource(resource, usage, &device_limits, features).is_err() {
+            return fallback;
+        }
+        let (heaps, refusal) = &mut *state.borrow_mut();
+        heaps.need(&resource.kind, usage).unwrap_or_else(|error| {
+            let why = match error {
+                HeapError::Unsupported(why) => why,
+                HeapError::OutOfMemory => "the device is out of memory".to_owned(),
+            };
+            refusal.get_or_insert_with(|| format!("`{}`: {why}", resource.name));
+            fallback
+        })
+    })?;
+    match state.into_inner().1 {
+        None => Ok((plan_for_heaps, String::new())),
+        Some(note) => Ok((plan(declaration, &options.sharing(Sharing::Merged))?, note)),
     }
 }
 
@@ -231,7 +302,7 @@ mod tests {
             "resource `c` came; resource `b` went; pass `r`, `s`, `t` and 1 more came; pass `q` went"
         );
         assert_eq!(reason(&first, options), "", "the first is still there");
-        assert_eq!(reason(&first, options.sharing(crate::Sharing::Off)), "sharing changed from Merged to Off");
+        assert_eq!(reason(&first, options.sharing(Sharing::Off)), "sharing changed from Merged to Off");
     }
 
     #[test]

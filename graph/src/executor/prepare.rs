@@ -204,7 +204,11 @@ fn attachments(
     let store = |resource: usize| {
         let ends = frame.plan.lifetimes[resource].is_some_and(|lifetime| lifetime.last < step.end);
         let decl = &frame.declaration.resources[resource];
-        if ends && decl.origin == Origin::Transient && !decl.keep { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store }
+        // wgpu wants to clear what was discarded before most other uses, and cannot clear a texture made outside of it.
+        let attached = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TRANSIENT_ATTACHMENT;
+        let clearable = frame.layout.is_none() || frame.plan.usages[resource] & !attached.bits() == 0;
+        let discards = ends && decl.origin == Origin::Transient && !decl.keep && clearable;
+        if discards { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store }
     };
     let mut colors = Vec::with_capacity(targets.colors.len());
     for target in &targets.colors {

@@ -28,6 +28,12 @@ use std::{ops::Range, sync::Arc};
 pub(super) enum Item<'d, 'f> {
     Plain(Plain<'d>),
     Closure(ClosureItem<'d, 'f>),
+    /// Commands recorded already: memory that changes hands.
+    Commands(wgpu::CommandBuffer),
+    /// wgpu is told of the textures that begin their life at this position.
+    Begins(usize),
+    /// Textures whose life ends at one of these positions go home.
+    Ends(Range<usize>),
 }
 
 /// A step that any thread can record.
@@ -121,6 +127,24 @@ impl Recorder<'_> {
                     self.plain(std::mem::take(&mut plain), &mut open, &mut recorded)?;
                     let encoder = open.get_or_insert_with(|| self.encoder());
                     self.closure(closure, encoder)?;
+                }
+                Item::Commands(commands) => {
+                    self.plain(std::mem::take(&mut plain), &mut open, &mut recorded)?;
+                    recorded.commands.extend(open.take().map(wgpu::CommandEncoder::finish));
+                    recorded.commands.push(commands);
+                }
+                Item::Begins(position) => {
+                    self.plain(std::mem::take(&mut plain), &mut open, &mut recorded)?;
+                    if let Some(layout) = &self.frame.layout {
+                        layout.begin(position, open.get_or_insert_with(|| self.encoder()));
+                    }
+                }
+                Item::Ends(positions) => {
+                    self.plain(std::mem::take(&mut plain), &mut open, &mut recorded)?;
+                    if let Some(layout) = &self.frame.layout {
+                        let encoder = open.get_or_insert_with(|| self.encoder());
+                        positions.for_each(|position| layout.end(position, encoder));
+                    }
                 }
             }
         }

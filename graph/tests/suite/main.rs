@@ -7,6 +7,8 @@ mod execution;
 mod features;
 mod frames;
 mod fuzzed;
+#[cfg(feature = "placement")]
+mod placement;
 mod planning;
 mod properties;
 mod random;
@@ -14,6 +16,8 @@ mod refusals;
 mod reload;
 mod sharing;
 mod tap;
+#[cfg(feature = "placement")]
+mod validation;
 
 use lightloom_graph::{ComputeShader, Executor, Gpu, shader_struct};
 

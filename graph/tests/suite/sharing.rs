@@ -70,7 +70,7 @@ fn declare(graph: &mut Graph<'_>) -> Readback {
     graph.readback_texture(&image)
 }
 
-fn run(executor: &mut Executor, sharing: Sharing) -> (Vec<u8>, FrameOutput) {
+pub(crate) fn run(executor: &mut Executor, sharing: Sharing) -> (Vec<u8>, FrameOutput) {
     executor.set_sharing(sharing);
     let mut graph = Graph::new("image");
     let read = declare(&mut graph);
@@ -118,6 +118,20 @@ fn shared_memory_really_is_garbage_at_first() {
     let output = executor.execute(graph).unwrap();
     assert_eq!(output.pool_objects, 1, "one object serves both");
     assert_eq!(output.cast::<f32>(read)[..3], [1.0, 8.0, 9.0], "what `write_one` left alone is what `fill` wrote");
+}
+
+#[test]
+#[cfg(not(feature = "placement"))]
+fn without_the_feature_placed_is_pooled_and_says_so() {
+    let Some(mut executor) = executor() else { return };
+    let (pooled, merged) = run(&mut executor, Sharing::Merged);
+    assert_eq!((merged.sharing, merged.sharing_note.as_str()), (Sharing::Merged, ""));
+    for _ in 0..2 {
+        let (image, placed) = run(&mut executor, Sharing::Placed);
+        assert_eq!(placed.sharing, Sharing::Merged);
+        assert_eq!(placed.sharing_note, "lightloom-graph was built without its feature `placement`");
+        assert!(placed.cached_plan && placed.memory == merged.memory && image == pooled, "the pool's own plan");
+    }
 }
 
 #[test]

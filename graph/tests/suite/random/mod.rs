@@ -27,7 +27,7 @@ use proptest::{
 };
 use std::{cell::RefCell, collections::BTreeMap};
 
-const SHARINGS: [Sharing; 3] = [Sharing::Off, Sharing::Exact, Sharing::Merged];
+const SHARINGS: [Sharing; 4] = [Sharing::Off, Sharing::Exact, Sharing::Merged, Sharing::Placed];
 
 /// The same cases in every run.
 fn runner(cases: u32) -> TestRunner {
