@@ -229,9 +229,12 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
     Ok(ResourceDecl { name: resource.name.into(), kind, origin, bytes, keep: resource.keep, place: Place::default() })
 }
 
+/// A resource with the mips and layers that are meant.
+type Meant = (usize, [u32; 2], [u32; 2]);
+
 fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, errors: &mut Vec<GraphError>) -> PassDecl {
     // One access per resource and part: `true` if it reads, and how it writes.
-    let mut merged: BTreeMap<(usize, [u32; 2], [u32; 2]), (bool, Write)> = BTreeMap::new();
+    let mut merged: BTreeMap<Meant, (bool, Write)> = BTreeMap::new();
     let reads = pass.reads.iter().map(|read| match read {
         FrameRead::Whole(name) => (name, Subresources::ALL, true, Write::No, "reads"),
         FrameRead::Part(read) => (&read.resource, part(read.mips, read.layers), true, Write::No, "reads"),

@@ -85,17 +85,8 @@ pub(crate) fn targets(
         match sized {
             Some((first, other, other_size)) if (other_size, other.sample_count) != (size, desc.sample_count) => {
                 let (first, second) = (first.to_owned(), attach.texture.clone());
-                let describe = |desc: &TextureDesc, [w, h]: [u32; 2]| match desc.mip_level_count {
-                    1 => desc.to_string(),
-                    _ => format!("{desc}: {w}×{h} at this mip"),
-                };
-                errors.push(GraphError::AttachmentSize {
-                    at: at.place(),
-                    first,
-                    first_size: describe(other, other_size),
-                    second,
-                    second_size: describe(desc, size),
-                });
+                let (first_size, second_size) = (size_in_words(other, other_size), size_in_words(desc, size));
+                errors.push(GraphError::AttachmentSize { at: at.place(), first, first_size, second, second_size });
             }
             Some(_) => {}
             None => {
@@ -141,6 +132,16 @@ pub(crate) fn targets(
             )
         });
     }
+    missing(shader, colors, depth, at, errors);
+    targets
+}
+
+fn size_in_words(desc: &TextureDesc, [w, h]: [u32; 2]) -> String {
+    if desc.mip_level_count == 1 { desc.to_string() } else { format!("{desc}: {w}×{h} at this mip") }
+}
+
+/// Outputs that have nothing to go to.
+fn missing(shader: &RasterShader, colors: &[Attach], depth: Option<&Attach>, at: PassRef<'_>, errors: &mut Vec<GraphError>) {
     for output in shader.outputs.iter() {
         if !colors.iter().any(|attach| attach.name == output.name) {
             errors.push(GraphError::MissingAttachment {
@@ -160,7 +161,6 @@ pub(crate) fn targets(
             shader: shader.core.source.flat.root(),
         });
     }
-    targets
 }
 
 /// The target of a clear outside any pass.

@@ -94,7 +94,7 @@ mod tests {
         let a = Subresources::mip(1).layer(2);
         assert!(a.overlaps(Subresources::ALL) && a.overlaps(a) && a.overlaps(Subresources::mips(0..2)));
         assert!(!a.overlaps(Subresources::mip(2)) && !a.overlaps(Subresources::mip(1).layer(1)));
-        assert_eq!((a.mips_of(8), a.layers_of(1)), (1..2, 2..1), "out of range is empty");
+        assert_eq!((a.mips_of(8), a.layers_of(1).len()), (1..2, 0), "out of range is empty");
         assert_eq!(Subresources::mips(1..4).to_string(), "mips 1…3");
         assert_eq!(Subresources::ALL.to_string(), "all mips and layers");
     }

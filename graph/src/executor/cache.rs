@@ -30,7 +30,7 @@ struct Bindings {
 #[derive(Debug)]
 struct Views {
     objects: Vec<Physical>,
-    views: Arc<Vec<wgpu::TextureView>>,
+    made: Arc<Vec<wgpu::TextureView>>,
     last_frame: u64,
 }
 
@@ -83,11 +83,11 @@ impl Cache {
         for found in variants.iter_mut().flatten() {
             if *found.objects == *objects {
                 found.last_frame = frame;
-                return Arc::clone(&found.views);
+                return Arc::clone(&found.made);
             }
         }
         let views = Arc::new(make());
-        let made = Views { objects: objects.to_vec(), views: Arc::clone(&views), last_frame: frame };
+        let made = Views { objects: objects.to_vec(), made: Arc::clone(&views), last_frame: frame };
         replace(variants, made, |found| found.last_frame);
         views
     }

@@ -224,7 +224,7 @@ const TOLD: usize = 3;
 /// What came, what went and what changed, by name.
 fn difference<T: PartialEq>(what: &str, old: &[T], new: &[T], name: impl Fn(&T) -> &str) -> Vec<String> {
     let by_name: std::collections::HashMap<&str, &T> = old.iter().map(|item| (name(item), item)).collect();
-    let names: std::collections::HashSet<&str> = new.iter().map(|item| name(item)).collect();
+    let names: std::collections::HashSet<&str> = new.iter().map(&name).collect();
     let changed = new.iter().filter(|item| by_name.get(name(item)).is_some_and(|old| old != item));
     let came = new.iter().filter(|item| !by_name.contains_key(name(item)));
     let went = old.iter().filter(|item| !names.contains(name(item)));

@@ -47,8 +47,9 @@ impl Executor {
             Some(Work::Raster { .. } | Work::ClearTexture { .. }) => {
                 let raster = self.raster(frame, work, number, shared)?;
                 let query = query(shared);
-                Ok(raster
-                    .map(|raster| Item::Plain(Plain { label: &decl.name, work: super::record::Work::Raster(raster), query })))
+                Ok(raster.map(|raster| {
+                    Item::Plain(Plain { label: &decl.name, work: super::record::Work::Raster(Box::new(raster)), query })
+                }))
             }
             Some(_) => match work[first].take() {
                 Some(Work::Compute { shader, bound, params, groups }) => {
@@ -68,7 +69,7 @@ impl Executor {
                 Some(Work::Closure(record)) => Ok(Some(Item::Closure(ClosureItem { decl, record, query: query(shared) }))),
                 Some(other) => match command(self.device(), frame, &other) {
                     Some(command) => {
-                        let mut item = plain(super::record::Work::Command(command))?;
+                        let mut item = plain(super::record::Work::Command(Box::new(command)))?;
                         if let Some(Item::Plain(plain)) = &mut item {
                             plain.query = shared.queries.as_mut().and_then(|queries| queries.take_bare(step.start));
                         }

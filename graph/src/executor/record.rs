@@ -53,8 +53,8 @@ pub(super) struct ClosureItem<'d, 'f> {
 /// What a plain step does.
 pub(super) enum Work {
     Compute(Compute),
-    Raster(Raster),
-    Command(Command),
+    Raster(Box<Raster>),
+    Command(Box<Command>),
 }
 
 /// A dispatch.
@@ -184,7 +184,10 @@ impl Recorder<'_> {
             }
         }
         recorded.staged.extend(items.into_iter().filter_map(|item| match item.work {
-            Work::Command(Command::Readback { staged, .. }) => Some(staged),
+            Work::Command(command) => match *command {
+                Command::Readback { staged, .. } => Some(staged),
+                _ => None,
+            },
             _ => None,
         }));
         Ok(())

@@ -7,6 +7,7 @@ use crate::{
     error::{GraphError, PassRef},
     hash::FoldedMap,
 };
+use std::hash::BuildHasherDefault;
 
 /// Names, indices and parts that do not fit.
 pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
@@ -60,7 +61,7 @@ fn unique<'a>(
     names: impl ExactSizeIterator<Item = &'a str>,
     errors: &mut Vec<GraphError>,
 ) {
-    let mut seen = FoldedMap::with_capacity_and_hasher(names.len(), Default::default());
+    let mut seen = FoldedMap::with_capacity_and_hasher(names.len(), BuildHasherDefault::default());
     for (second, name) in names.enumerate() {
         if let Some(&first) = seen.get(name) {
             let (frame, name) = (declaration.name.clone(), name.to_owned());
