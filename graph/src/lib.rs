@@ -6,8 +6,8 @@
 //! ```text
 //!   Graph ──────────► Declaration ──────────► Plan ──────────► Executor
 //!   handles, passes   plain data,             pure function:   device: pipelines,
-//!   checked by naga   hashed, as JSON         cull, order,     pool, history, times,
-//!   against WGSL                              lifetimes, place readback
+//!   checked by naga   hashed, as JSON         cull, merge,     pool, history, times,
+//!   against WGSL                              order, place     readback
 //! ```
 //!
 //! A frame can be looked at as an HTML page ([`to_html`]), a Chrome trace ([`to_chrome_trace`]), DOT ([`to_dot`]) and JSON
@@ -36,6 +36,36 @@
 //! assert_eq!(plan.memory.unshared_bytes, 4000);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! A sub-graph is a plain function: what it reads it takes as `&Handle`, what it makes it returns. A mip chain, each level
+//! read and written apart:
+//!
+//! ```
+//! use lightloom_graph::{ComputeShader, Graph, Handle, Subresources, Texture, TextureDesc, wgpu::TextureFormat};
+//!
+//! /// `image` and what `reduce` makes of it, level by level.
+//! fn pyramid(graph: &mut Graph<'_>, reduce: &ComputeShader, image: &Handle<Texture>, levels: u32) -> Handle<Texture> {
+//!     let [width, height, _] = image.desc().size;
+//!     let desc = TextureDesc::new_2d([width / 2, height / 2], TextureFormat::R32Float).mip_levels(levels);
+//!     let mut pyramid = graph.texture("pyramid", desc);
+//!     for level in 0..levels {
+//!         let pass = graph.compute(reduce);
+//!         let pass = if level == 0 { pass.read("fine", image) } else { pass.read_at("fine", &pyramid, Subresources::mip(level - 1)) };
+//!         let size = [width, height].map(|side| (side >> (level + 1)).max(1));
+//!         pass.write_at("coarse", &mut pyramid, Subresources::mip(level)).dispatch_threads([size[0], size[1], 1]);
+//!     }
+//!     pyramid
+//! }
+//! ```
+//!
+//! Frames of equal structure share a plan, whatever their name: a graph for each view costs one plan, and each view keeps its
+//! own history.
+//!
+//! # Features
+//!
+//! - `placement`: [`Sharing::Placed`] puts transient textures and buffers at offsets of shared memory on Vulkan, through
+//!   wgpu's hal layer. It needs `unsafe`, which is fenced in one module. Without it, and on other backends, such frames are
+//!   pooled, and [`FrameOutput::sharing_note`] says why.
 
 extern crate self as lightloom_graph;
 

@@ -24,6 +24,8 @@ pub struct FrameProfile {
     pub live_bytes: Vec<u64>,
     /// Time to plan, or to find the plan in the cache (µs).
     pub plan_us: f64,
+    /// Time to find or make objects, record and submit (µs); waits for heavy passes included.
+    pub record_us: f64,
     /// Why the plan was made anew; empty if it came from the cache.
     pub plan_reason: String,
     /// Where the times come from.
@@ -70,6 +72,7 @@ impl FrameProfile {
             passes: output.passes.clone(),
             live_bytes: output.live_bytes.clone(),
             plan_us: output.plan_us,
+            record_us: output.record_us,
             plan_reason: output.plan_reason.clone(),
             source: output.timing_source,
         }

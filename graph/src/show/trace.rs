@@ -1,16 +1,17 @@
 //! Frames as Chrome's trace events, which `chrome://tracing` and Perfetto open, and Tracy by its `import-chrome`.
 //!
 //! ```text
-//!   CPU           │plan│                     │plan│
-//!   GPU passes         │frame `f`           │     │frame `f` …
-//!                      │a  │b      │c       │
-//!   live bytes         ▁▁▁▁▆▆▆▆▆▆▆▆▃▃▃▃▃▃▃▃▃
+//!   CPU           │plan│record│                     │plan│record│
+//!   GPU passes                │frame `f`           │            │frame `f` …
+//!                             │a  │b      │c       │
+//!   live bytes                ▁▁▁▁▆▆▆▆▆▆▆▆▃▃▃▃▃▃▃▃▃
 //! ```
 //!
 //! The executor knows how long each pass took and not when it began, so passes are laid end to end behind the CPU's work,
 //! and the track's name says so. An event is complete ("X": begin and duration in µs), a counter ("C") or a name ("M").
 
 use super::profile::{FrameProfile, Profile};
+use crate::executor::TimingSource;
 use serde_json::{Value, json};
 
 const PROCESS: u32 = 1;
@@ -36,7 +37,11 @@ fn add_frame(events: &mut Vec<Value>, index: usize, frame: &FrameProfile, start:
     let plan_us = clean(frame.plan_us);
     let from = if frame.plan_reason.is_empty() { "the cache" } else { &frame.plan_reason };
     events.push(complete("plan", "cpu", CPU, start, plan_us, &json!({ "frame": index, "from": from })));
-    let begin = start + plan_us;
+    let record_us = clean(frame.record_us);
+    events.push(complete("record and submit", "cpu", CPU, start + plan_us, record_us, &json!({ "frame": index })));
+    // Where the CPU waits for each pass, the passes run while it records.
+    let waits = frame.source == TimingSource::CpuPerPass;
+    let begin = start + plan_us + if waits { 0.0 } else { record_us };
     let times: Vec<f64> = frame.passes.iter().map(|pass| clean(pass.gpu_ms.unwrap_or(0.0) * 1e3)).collect();
     let total: f64 = times.iter().sum();
     events.push(complete(&format!("frame `{}`", frame.frame), "frame", GPU, begin, total, &json!({ "frame": index })));
@@ -51,7 +56,7 @@ fn add_frame(events: &mut Vec<Value>, index: usize, frame: &FrameProfile, start:
         now = (now + us).min(begin + total);
     }
     events.push(counter(begin + total, 0));
-    begin + total
+    (begin + total).max(start + plan_us + record_us)
 }
 
 fn counter(ts: f64, live: u64) -> Value {
@@ -83,6 +88,7 @@ mod tests {
             passes: vec![pass("a", Some(0.1)), pass("untimed", None), pass("wrong", Some(f64::NAN)), pass("b", Some(0.3))],
             live_bytes: vec![8, 16, 16, 4],
             plan_us: 5.0,
+            record_us: 7.0,
             ..FrameProfile::default()
         };
         let mut profile = Profile::new("an adapter");
