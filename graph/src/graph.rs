@@ -1,15 +1,14 @@
 //! The declaration of one frame by code.
 
 use crate::{
-    BufferDesc, ComputeShader, Handle, History, RasterShader, Resource, Subresources, TextureDesc,
+    BufferDesc, ComputeShader, Handle, History, RasterShader, Resource, TextureDesc,
     closure::Record,
-    declaration::{
-        Access, Attachment, Declaration, Origin, PassDecl, PassKind, Place, ResourceDecl, ResourceKind, Write, rust_place,
-    },
+    declaration::{Declaration, Origin, PassDecl, Place, ResourceDecl, ResourceKind, rust_place},
     error::{GraphError, PassRef},
     handle::{Buffer, Texture},
     hash::FoldedMap,
-    pass::{Calls, ClosurePass, ComputePass, Draw, Groups, Load, RasterPass},
+    indirect::{Draw, Groups},
+    pass::{Calls, ClosurePass, ComputePass, RasterPass},
     plan::{Plan, PlanOptions},
     raster::{Target, Targets},
     verify::{Bound, ParamsRange},
@@ -38,7 +37,7 @@ pub struct Graph<'f> {
     /// First contents of resources kept between frames, by index.
     pub(crate) initials: Vec<(usize, Arc<[u8]>)>,
     pub(crate) readbacks: u32,
-    errors: Vec<GraphError>,
+    pub(crate) errors: Vec<GraphError>,
     /// The params of all passes, each at a multiple of [`UNIFORM_ALIGN`].
     pub(crate) params: Vec<u8>,
     resource_names: Names,
@@ -281,116 +280,6 @@ impl<'f> Graph<'f> {
         }
     }
 
-    /// Fills the whole buffer with zero bytes.
-    #[track_caller]
-    pub fn clear_buffer(&mut self, buffer: &mut Handle<Buffer>) {
-        let name = format!("clear {}", buffer.name);
-        let usage = wgpu::BufferUsages::COPY_DST.bits();
-        let access = Access::new(buffer.index, "clear", false, Write::Overwrite, usage);
-        self.copy_pass(&name, vec![access], false, &[(buffer.graph, &buffer.name)], Work::ClearBuffer { buffer: buffer.index });
-    }
-
-    /// Fills one mip and layer of a colour texture with `color` (r, g, b, a), or of a depth texture with `Load::ClearDepth`.
-    ///
-    /// If the next use is a draw into it that keeps its contents, the clear becomes that render pass's load operation.
-    #[track_caller]
-    pub fn clear_texture(&mut self, texture: &mut Handle<Texture>, load: Load) {
-        self.clear_texture_at(texture, Subresources::ALL, load);
-    }
-
-    /// As [`Graph::clear_texture`], of one mip and layer of several.
-    #[track_caller]
-    pub fn clear_texture_at(&mut self, texture: &mut Handle<Texture>, part: Subresources, load: Load) {
-        let name = format!("clear {}", texture.name);
-        let location = Location::caller();
-        let at = PassRef::new(&name, location);
-        if texture.graph == self.id {
-            match crate::raster::clear(&self.declaration, texture, part, load, at) {
-                Ok(target) => {
-                    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT.bits();
-                    let access = Access {
-                        part,
-                        attachment: Some(Attachment::Clear),
-                        ..Access::new(texture.index, "clear", false, Write::Overwrite, usage)
-                    };
-                    let decl = PassDecl {
-                        name: Arc::from(name),
-                        kind: PassKind::Raster,
-                        heavy: false,
-                        side_effect: false,
-                        pinned: false,
-                        accesses: vec![access],
-                        place: Place(Some(location)),
-                    };
-                    self.record(Recorded { decl, work: Work::ClearTexture { target } });
-                }
-                Err(error) => self.errors.push(error),
-            }
-        } else {
-            self.errors.push(GraphError::ForeignHandle { at: at.place(), resource: texture.name.to_string() });
-        }
-    }
-
-    /// Copies a whole buffer to one of the same size.
-    #[track_caller]
-    pub fn copy_buffer(&mut self, from: &Handle<Buffer>, to: &mut Handle<Buffer>) {
-        let name = format!("copy {} to {}", from.name, to.name);
-        if from.desc.size != to.desc.size {
-            self.mismatch(&name, (&from.name, from.desc.to_string()), (&to.name, to.desc.to_string()));
-            return;
-        }
-        let usages = (wgpu::BufferUsages::COPY_SRC.bits(), wgpu::BufferUsages::COPY_DST.bits());
-        let accesses = copy_accesses(from.index, to.index, usages);
-        let work = Work::CopyBuffer { from: from.index, to: to.index };
-        self.copy_pass(&name, accesses, false, &[(from.graph, &from.name), (to.graph, &to.name)], work);
-    }
-
-    /// Copies a whole texture, all mips and layers, to one of the same size and format (sRGB or not).
-    #[track_caller]
-    pub fn copy_texture(&mut self, from: &Handle<Texture>, to: &mut Handle<Texture>) {
-        let name = format!("copy {} to {}", from.name, to.name);
-        let key = |desc: &TextureDesc| {
-            (desc.size, desc.format.remove_srgb_suffix(), desc.mip_level_count, desc.sample_count, desc.dimension)
-        };
-        if key(&from.desc) != key(&to.desc) {
-            self.mismatch(&name, (&from.name, from.desc.to_string()), (&to.name, to.desc.to_string()));
-            return;
-        }
-        let usages = (wgpu::TextureUsages::COPY_SRC.bits(), wgpu::TextureUsages::COPY_DST.bits());
-        let accesses = copy_accesses(from.index, to.index, usages);
-        let work = Work::CopyTexture { from: from.index, to: to.index };
-        self.copy_pass(&name, accesses, false, &[(from.graph, &from.name), (to.graph, &to.name)], work);
-    }
-
-    /// Brings the buffer's bytes back to the CPU with the frame's output.
-    #[track_caller]
-    pub fn readback_buffer(&mut self, buffer: &Handle<Buffer>) -> Readback {
-        self.readback(&buffer.name, buffer.graph, buffer.index, wgpu::BufferUsages::COPY_SRC.bits())
-    }
-
-    /// Brings the texture's first mip level, all layers, back to the CPU: rows tightly packed, row 0 on top.
-    #[track_caller]
-    pub fn readback_texture(&mut self, texture: &Handle<Texture>) -> Readback {
-        let desc = &texture.desc;
-        let refusal = unreadable(desc);
-        if let Some(message) = refusal {
-            let at = PassRef::new(&format!("readback {}", texture.name), Location::caller()).place();
-            let (resource, desc) = (texture.name.to_string(), desc.to_string());
-            self.errors.push(GraphError::Readback { at, resource, desc, message: message.to_owned() });
-        }
-        self.readback(&texture.name, texture.graph, texture.index, wgpu::TextureUsages::COPY_SRC.bits())
-    }
-
-    #[track_caller]
-    fn readback(&mut self, name: &str, graph: u64, resource: usize, usage: u32) -> Readback {
-        let readback = Readback { graph: self.id, index: self.readbacks };
-        self.readbacks += 1;
-        let access = Access::new(resource, "readback", true, Write::No, usage);
-        let work = Work::Readback { resource, index: readback.index };
-        self.copy_pass(&format!("readback {name}"), vec![access], true, &[(graph, name)], work);
-        readback
-    }
-
     /// Never culls the passes that write this resource, and keeps its memory to the end of the frame.
     #[track_caller]
     pub fn keep(&mut self, handle: &Handle<impl Resource>) {
@@ -424,41 +313,6 @@ impl<'f> Graph<'f> {
         GraphError::collect(self.errors.clone()).map_or(Ok(()), Err)
     }
 
-    #[track_caller]
-    fn mismatch(&mut self, name: &str, from: (&str, String), to: (&str, String)) {
-        let at = PassRef::new(name, Location::caller()).place();
-        let (from_desc, to_desc) = (from.1, to.1);
-        self.errors.push(GraphError::CopyMismatch { at, from: from.0.to_owned(), from_desc, to: to.0.to_owned(), to_desc });
-    }
-
-    #[track_caller]
-    fn copy_pass(&mut self, name: &str, accesses: Vec<Access>, side_effect: bool, handles: &[(u64, &str)], work: Work<'f>) {
-        let location = Location::caller();
-        let at = PassRef::new(name, location);
-        let mut errors: Vec<GraphError> = handles
-            .iter()
-            .filter(|(graph, _)| *graph != self.id)
-            .map(|(_, resource)| GraphError::ForeignHandle { at: at.place(), resource: (*resource).to_owned() })
-            .collect();
-        if errors.is_empty() {
-            crate::verify::conflicts(self, &accesses, at, &mut errors);
-        }
-        if !errors.is_empty() {
-            self.refuse(errors);
-            return;
-        }
-        let decl = PassDecl {
-            name: Arc::from(name),
-            kind: PassKind::Copy,
-            heavy: false,
-            side_effect,
-            pinned: false,
-            accesses,
-            place: Place(Some(location)),
-        };
-        self.record(Recorded { decl, work });
-    }
-
     /// Keeps the bytes of a pass's params until the frame runs; returns where they lie.
     pub(crate) fn add_params(&mut self, bytes: &[u8]) -> ParamsRange {
         let start = self.params.len();
@@ -484,27 +338,6 @@ impl<'f> Graph<'f> {
             (_, true) => wgpu::BufferUsages::COPY_SRC.bits(),
             (_, false) => wgpu::BufferUsages::COPY_DST.bits(),
         }
-    }
-}
-
-fn copy_accesses(from: usize, to: usize, usages: (u32, u32)) -> Vec<Access> {
-    vec![
-        Access::new(from, "copy source", true, Write::No, usages.0),
-        Access::new(to, "copy target", false, Write::Overwrite, usages.1),
-    ]
-}
-
-/// Why a texture cannot be read back, with the mend.
-pub(crate) fn unreadable(desc: &TextureDesc) -> Option<&'static str> {
-    let format = desc.format;
-    let copyable =
-        matches!(format, wgpu::TextureFormat::Depth32Float | wgpu::TextureFormat::Depth16Unorm | wgpu::TextureFormat::Stencil8);
-    if desc.sample_count != 1 {
-        Some("it has several samples per texel; resolve it first by a pass that reads them")
-    } else if format.is_depth_stencil_format() && !copyable || format.is_multi_planar_format() {
-        Some("its format has no single copyable layout; use depth32float or a colour format")
-    } else {
-        None
     }
 }
 

@@ -70,6 +70,7 @@
 extern crate self as lightloom_graph;
 
 mod closure;
+mod copy;
 mod declaration;
 mod dot;
 mod error;
@@ -80,6 +81,7 @@ mod gpu;
 mod graph;
 mod handle;
 mod hash;
+mod indirect;
 mod layout;
 mod pass;
 mod plan;

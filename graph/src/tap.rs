@@ -11,9 +11,10 @@
 
 use crate::{
     Graph, Readback, TextureDesc,
+    copy::unreadable,
     declaration::{Access, PassDecl, PassKind, Place, ResourceKind, Write},
     error::{GraphError, choices, names, nearest},
-    graph::{Work, unique, unreadable},
+    graph::{Work, unique},
 };
 use std::panic::Location;
 

@@ -7,7 +7,7 @@ use crate::{
     error::{GraphError, PassPlace},
     format,
     graph::{Object, Work},
-    pass::Groups,
+    indirect::Groups,
     reflect::{Binding, BindingKind},
 };
 

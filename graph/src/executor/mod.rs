@@ -10,7 +10,9 @@ mod heap;
 mod history;
 mod in_flight;
 mod limits;
+mod output;
 mod pipelines;
+mod placing;
 mod plans;
 mod pool;
 mod prepare;
@@ -20,14 +22,15 @@ mod timing;
 mod zeros;
 
 use crate::{
-    Gpu, Graph, Memory, PassOrder, Readback, Sharing,
+    Gpu, Graph, PassOrder, Sharing,
     declaration::{Declaration, ResourceKind},
     error::GraphError,
-    plan::{Culled, Plan, PlanOptions},
+    plan::{Plan, PlanOptions},
 };
 use gate::Gate;
-use heap::{HeapError, Heaps};
+use heap::Heaps;
 pub use in_flight::InFlight;
+pub use output::{FrameOutput, PassTime, Progress};
 pub use plans::{PlanCache, Planned};
 pub(crate) use readback::texture_bytes;
 use std::{
@@ -63,81 +66,6 @@ pub struct Executor {
     params: Option<wgpu::Buffer>,
     frame: u64,
     last_submission: Option<wgpu::SubmissionIndex>,
-}
-
-/// How far a frame has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Progress<'a> {
-    /// Passes finished.
-    pub done: usize,
-    /// Passes in the plan.
-    pub total: usize,
-    /// The last finished pass.
-    pub pass: &'a str,
-}
-
-/// GPU time of one pass.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-#[non_exhaustive]
-pub struct PassTime {
-    /// Name of the pass.
-    pub name: Arc<str>,
-    /// Time (ms); `None` if this pass could not be timed, or timing is off.
-    pub gpu_ms: Option<f64>,
-}
-
-/// What a frame gives back.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct FrameOutput {
-    /// The passes that ran, in order.
-    pub passes: Vec<PassTime>,
-    /// The passes that did not, and why.
-    pub culled: Vec<Culled>,
-    /// Bytes of the frame's transient resources.
-    pub memory: Memory,
-    /// Bytes of transient resources in use at each pass that ran.
-    pub live_bytes: Vec<u64>,
-    /// How its transient resources shared memory.
-    pub sharing: Sharing,
-    /// Why it was not the way asked for; empty if it was.
-    pub sharing_note: String,
-    /// Objects the executor's pool and heaps hold now, of this and recent frames.
-    pub pool_objects: usize,
-    /// Bytes the executor's pool, heaps and histories hold now. For heaps these are bytes of device memory, as allocated.
-    pub held_bytes: u64,
-    /// Time to plan, or to find the plan in the cache (µs).
-    pub plan_us: f64,
-    /// Time to find or make objects, record and submit (µs); waits for heavy passes included.
-    pub record_us: f64,
-    /// Whether the plan came from the cache.
-    pub cached_plan: bool,
-    /// Why the plan was made anew; empty if it came from the cache.
-    pub plan_reason: String,
-    /// Where the times come from.
-    pub timing_source: TimingSource,
-    graph: u64,
-    readbacks: Vec<Vec<u8>>,
-}
-
-impl FrameOutput {
-    /// The bytes of a readback of this frame; empty for a readback of another frame.
-    ///
-    /// Textures come as tightly packed rows, row 0 on top, layer after layer.
-    pub fn bytes(&self, readback: Readback) -> &[u8] {
-        if readback.graph != self.graph {
-            return &[];
-        }
-        self.readbacks.get(readback.index as usize).map_or(&[], Vec::as_slice)
-    }
-
-    /// The bytes of a readback as values of `T`; a last part of one is left out.
-    pub fn cast<T: bytemuck::Pod>(&self, readback: Readback) -> Vec<T> {
-        let bytes = self.bytes(readback);
-        let whole = bytes.len() - bytes.len() % size_of::<T>().max(1);
-        if size_of::<T>() == 0 { Vec::new() } else { bytemuck::pod_collect_to_vec(&bytes[..whole]) }
-    }
 }
 
 /// A frame on its way through the executor.
@@ -408,67 +336,6 @@ impl Executor {
         let run = gate.scoped(&during, held, || self.encode(frame, work, source, &mut state.cache, observer))?;
         self.gate.alive()?;
         Ok((run, source))
-    }
-
-    fn heaps(&self) -> Option<&Heaps> {
-        self.heaps.as_ref().and_then(|heaps| heaps.as_ref().ok())
-    }
-
-    fn held_bytes(&self) -> u64 {
-        let placed = self.heaps().map_or(0, Heaps::allocated_bytes);
-        self.pool.bytes().saturating_add(self.history.bytes()).saturating_add(placed)
-    }
-
-    /// The frame's plan, for heaps where they are asked for and there are some.
-    fn plan(&mut self, declaration: &Declaration, options: PlanOptions) -> Result<Planned, GraphError> {
-        let device = &self.gate.device;
-        if options.sharing != Sharing::Placed {
-            return self.plans.get(declaration, options);
-        }
-        match self.heaps.get_or_insert_with(|| Heaps::new(device)) {
-            Ok(heaps) => self.plans.get_placed(declaration, options, heaps, device),
-            Err(note) => {
-                let planned = self.plans.get(declaration, options.sharing(Sharing::Merged))?;
-                Ok(Planned { note: note.clone(), ..planned })
-            }
-        }
-    }
-
-    /// Gives the frame its shared memory. Where the device cannot, the frame gets another plan, `planned` says why, and the
-    /// answer is true.
-    fn place(&mut self, frame: &mut Frame<'_>, planned: &mut Planned) -> Result<bool, GraphError> {
-        let Some(Ok(heaps)) = &mut self.heaps else { return Ok(false) };
-        if planned.sharing != Sharing::Placed {
-            return Ok(false);
-        }
-        let (gate, number) = (self.gate.clone(), self.frame);
-        let held = heaps.allocated_bytes();
-        let mut acquire = || {
-            gate.scoped("placement", held, || match heaps.acquire(&frame.declaration, &frame.plan, number) {
-                // What earlier plans held may yet serve.
-                Err(HeapError::OutOfMemory) => {
-                    heaps.clear();
-                    gate.wait(None)?;
-                    Ok(heaps.acquire(&frame.declaration, &frame.plan, number))
-                }
-                other => Ok(other),
-            })
-        };
-        match acquire()? {
-            Ok(layout) => {
-                for (resource, physical) in layout.physical() {
-                    frame.physical[resource] = physical.clone();
-                }
-                frame.layout = Some(layout);
-                Ok(false)
-            }
-            Err(HeapError::OutOfMemory) => Err(GraphError::OutOfMemory { during: "placement".to_owned(), bytes: held }),
-            Err(HeapError::Unsupported(note)) => {
-                *planned = Planned { reason: planned.reason.clone(), ..self.plans.fall_back(&frame.declaration, note)? };
-                frame.plan = Arc::clone(&planned.plan);
-                Ok(true)
-            }
-        }
     }
 
     /// Finds the object of every resource in use.

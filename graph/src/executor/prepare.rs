@@ -15,7 +15,7 @@ use crate::{
     declaration::{Origin, ResourceKind},
     error::GraphError,
     graph::{Cleared, Work},
-    pass::{Draw, Groups as Workgroups},
+    indirect::{Draw, Groups as Workgroups},
     raster::{Target, Targets},
     shader::ShaderCore,
     verify::{Bound, ParamsRange},

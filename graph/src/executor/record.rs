@@ -20,7 +20,7 @@ use crate::{
     closure::{ClosureContext, Record},
     declaration::{PassDecl, ResourceKind},
     error::GraphError,
-    pass::Draw,
+    indirect::Draw,
 };
 use std::{ops::Range, sync::Arc};
 
