@@ -74,6 +74,10 @@ impl Gate {
                 caught = error.or(caught);
             }
         }
+        if caught.is_some() {
+            // A lost device refuses everything, and says that it is lost only when polled.
+            self.poll()?;
+        }
         self.alive()?;
         match (caught, result) {
             // Our own error is the more telling one, unless wgpu's explains it.
@@ -103,12 +107,15 @@ impl Gate {
     /// Waits until `submission`, or all there is, has run.
     pub(super) fn wait(&self, submission: Option<wgpu::SubmissionIndex>) -> Result<(), GraphError> {
         self.alive()?;
+        let one = submission.is_some();
         let poll = wgpu::PollType::Wait { submission_index: submission, timeout: None };
         // wgpu 30 panics in `poll` when the device is lost during the wait; there is no other way to wait.
         let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(poll)));
         self.alive()?;
         match polled {
             Ok(Ok(_)) => Ok(()),
+            // A submission that a lost device never took; waiting for all there is says so.
+            Ok(Err(_)) if one => self.wait(None),
             Ok(Err(error)) => Err(GraphError::Gpu { during: "a wait".to_owned(), message: error.to_string() }),
             Err(_) => Err(GraphError::DeviceLost { message: "a wait failed".to_owned() }),
         }

@@ -292,13 +292,13 @@ impl Executor {
             graph: graph.id,
             readbacks: vec![Vec::new(); graph.readbacks as usize],
         };
-        Ok(InFlight {
-            gate: self.gate.clone(),
-            output: Some(output),
-            submission: self.last_submission.clone(),
-            mappings: run.staged.into_iter().map(readback::Mapping::begin).collect(),
-            times: run.queries.and_then(timing::Queries::begin),
-        })
+        let (staged, queries) = (run.staged, run.queries);
+        let (mappings, times) = self.gate.scoped("a readback", 0, || {
+            let mappings = staged.into_iter().map(readback::Mapping::begin).collect();
+            Ok((mappings, queries.and_then(timing::Queries::begin)))
+        })?;
+        let (gate, submission) = (self.gate.clone(), self.last_submission.clone());
+        Ok(InFlight { gate, output: Some(output), submission, mappings, times })
     }
 
     /// Checks the frame against the device, finds its objects, and submits it.
