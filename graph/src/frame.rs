@@ -82,7 +82,10 @@ struct FramePass {
 
 /// A resource read: its name, or name and part.
 #[derive(PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a read is a resource's name, or {\"resource\": name, \"mips\": [first, end], \"layers\": [first, end]}")]
+#[serde(
+    untagged,
+    expecting = "a read is a resource's name, or {\"resource\": name, \"mips\": [first, end], \"layers\": [first, end]}"
+)]
 enum FrameRead {
     Whole(String),
     Part(FramePart),

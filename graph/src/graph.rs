@@ -14,6 +14,7 @@ use crate::{
     verify::{Bound, ParamsRange},
 };
 use std::{
+    hash::BuildHasherDefault,
     panic::Location,
     sync::{
         Arc,
@@ -103,15 +104,19 @@ impl<'f> Graph<'f> {
     pub fn new(name: &str) -> Self {
         Self {
             id: NEXT_GRAPH.fetch_add(1, Ordering::Relaxed),
-            declaration: Declaration { name: name.to_owned(), ..Declaration::default() },
-            work: Vec::new(),
-            objects: Vec::new(),
+            declaration: Declaration {
+                name: name.to_owned(),
+                resources: Vec::with_capacity(USUAL),
+                passes: Vec::with_capacity(USUAL),
+            },
+            work: Vec::with_capacity(USUAL),
+            objects: Vec::with_capacity(USUAL),
             initials: Vec::new(),
             readbacks: 0,
             errors: Vec::new(),
             params: Vec::new(),
-            resource_names: Names::default(),
-            pass_names: Names::default(),
+            resource_names: Names::with_capacity_and_hasher(USUAL, BuildHasherDefault::default()),
+            pass_names: Names::with_capacity_and_hasher(USUAL, BuildHasherDefault::default()),
         }
     }
 
@@ -362,6 +367,9 @@ pub(crate) fn unique(taken: &mut Names, name: Arc<str>) -> Arc<str> {
     taken.insert(Arc::clone(&candidate), 1);
     candidate
 }
+
+/// Passes and resources there is room for at once: graphs are made anew every frame, and most have about as many.
+const USUAL: usize = 96;
 
 /// Uniform offsets are multiples of this (bytes), the largest any device asks for.
 const UNIFORM_ALIGN: usize = 256;

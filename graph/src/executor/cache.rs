@@ -34,13 +34,11 @@ struct Views {
     last_frame: u64,
 }
 
-/// What bind groups are found by.
+/// What bind groups are found by, beside the objects behind `bound`.
 pub(super) struct Key<'a> {
     pub(super) position: usize,
     pub(super) core: &'a ShaderCore,
     pub(super) bound: &'a [Bound],
-    /// The objects behind `bound`, and the params' buffer and range.
-    pub(super) objects: &'a [Physical],
 }
 
 impl Cache {
@@ -52,10 +50,15 @@ impl Cache {
     }
 
     /// The bind groups of a pass, made anew if they are not those of an earlier frame.
-    pub(super) fn groups(&mut self, key: &Key<'_>, make: impl FnOnce() -> Groups) -> Arc<Groups> {
+    pub(super) fn groups<'o>(
+        &mut self,
+        key: &Key<'_>,
+        objects: impl Iterator<Item = &'o Physical> + Clone,
+        make: impl FnOnce() -> Groups,
+    ) -> Arc<Groups> {
         let (frame, variants) = (self.last_frame, &mut self.bindings[key.position]);
         for found in variants.iter_mut().flatten() {
-            if *found.objects == *key.objects && *found.bound == *key.bound && found.core == *key.core {
+            if found.objects.iter().eq(objects.clone()) && *found.bound == *key.bound && found.core == *key.core {
                 found.last_frame = frame;
                 return Arc::clone(&found.groups);
             }
@@ -64,7 +67,7 @@ impl Cache {
         let made = Bindings {
             core: key.core.clone(),
             bound: key.bound.to_vec(),
-            objects: key.objects.to_vec(),
+            objects: objects.cloned().collect(),
             groups: Arc::clone(&groups),
             last_frame: frame,
         };

@@ -90,28 +90,25 @@ impl Executor {
         layouts: &[Option<wgpu::BindGroupLayout>],
         shared: &mut Preparation<'_>,
     ) -> Arc<Groups> {
-        let mut objects: Vec<Physical> = Vec::with_capacity(bound.len());
-        for bound in bound {
-            match bound {
-                Bound::Buffer { resource } | Bound::Texture { resource, .. } => objects.push(frame.physical[*resource].clone()),
-                Bound::Params => {
-                    if let (Some(buffer), Some(range)) = (&self.params, params) {
-                        let (offset, size) = (range.start, range.end - range.start);
-                        objects.push(Physical::Buffer { buffer: buffer.clone(), offset, size });
-                    }
-                }
-                Bound::Zeros | Bound::Sampler(_) => {}
-            }
-        }
+        let params_object = self.params.as_ref().zip(params).map(|(buffer, range)| Physical::Buffer {
+            buffer: buffer.clone(),
+            offset: range.start,
+            size: range.end - range.start,
+        });
+        let objects = bound.iter().filter_map(|bound| match bound {
+            Bound::Buffer { resource } | Bound::Texture { resource, .. } => Some(&frame.physical[*resource]),
+            Bound::Params => params_object.as_ref(),
+            Bound::Zeros | Bound::Sampler(_) => None,
+        });
         let source = Source {
             device: &self.gate.device,
             declaration: &frame.declaration,
             physical: &frame.physical,
             params: self.params.as_ref(),
         };
-        let key = Key { position, core, bound, objects: &objects };
+        let key = Key { position, core, bound };
         let made = (&mut self.pipelines, &mut self.zeros);
-        shared.cache.groups(&key, || source.groups(core, layouts, bound, params, made))
+        shared.cache.groups(&key, objects, || source.groups(core, layouts, bound, params, made))
     }
 
     /// A render pass of all draws and clears of a step.
