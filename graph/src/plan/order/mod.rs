@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     fn edge(from: usize, to: usize) -> Edge {
-        Edge { from, to, data: true }
+        Edge { from, to }
     }
 
     /// Orders passes of which nothing is known but the edges.
