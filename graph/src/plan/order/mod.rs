@@ -91,6 +91,9 @@ fn smallest(model: &Model, recorded: Vec<u32>) -> Vec<u32> {
             if found.peak < best.peak {
                 best = found;
             }
+            if best.peak <= bound {
+                break;
+            }
         }
     }
     best.sequence
