@@ -186,8 +186,8 @@ pub fn plan_with_needs(
     }
     let items = place::items(declaration, &lifetimes, &usages);
     let wants = |sharing| options.sharing == sharing || !options.only_own_bytes;
-    let merged = wants(Sharing::Merged).then(|| place::merged(declaration, &order, &steps, &items)).unwrap_or_default();
-    let heaps = wants(Sharing::Placed).then(|| place::heaps(declaration, &items, needs, recorded_peak)).unwrap_or_default();
+    let merged = if wants(Sharing::Merged) { place::merged(declaration, &order, &steps, &items) } else { Vec::new() };
+    let heaps = if wants(Sharing::Placed) { place::heaps(declaration, &items, needs, recorded_peak) } else { Vec::new() };
     let mut memory = Memory {
         unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),
         peak_live_bytes: recorded_peak,
