@@ -1,7 +1,7 @@
 //! Planning beside zenfg: the same frames in the same run.
 //!
 //! ```text
-//! cargo bench --manifest-path graph/benches/Cargo.toml --ignore-rust-version [-- FRAME.json …] [-- --quality]
+//! cargo bench --manifest-path graph/benches/Cargo.toml --ignore-rust-version [-- FRAME.json …] [-- --phases] [-- --quality]
 //! ```
 //!
 //! Times are medians (µs), bytes are MiB. `plan` is a cold plan, all phases, without the
@@ -10,12 +10,15 @@
 //! `+record` adds its recording, which our declarations are made by beforehand. zenfg is given the same resources, passes,
 //! accesses and roots.
 //!
+//! `--phases` adds a line above each frame's: what a plan without order and sharing takes, and how much more (µs) the search for
+//! an order, and each way of sharing, cost.
+//!
 //! `--quality` plans some hundred random frames instead, and reports how far placements are above the lower bound.
 
 mod frames;
 mod peer;
 
-use lightloom_graph::{Declaration, Memory, PassOrder, PlanCache, PlanOptions, plan};
+use lightloom_graph::{Declaration, Memory, PassOrder, PlanCache, PlanOptions, Sharing, plan};
 use std::{hint::black_box, time::Instant};
 
 fn main() {
@@ -23,8 +26,9 @@ fn main() {
     if arguments.iter().any(|argument| argument == "--quality") {
         return quality();
     }
+    let phases = arguments.iter().any(|argument| argument == "--phases");
     let mut frames: Vec<Declaration> = Vec::new();
-    for path in &arguments {
+    for path in arguments.iter().filter(|argument| *argument != "--phases") {
         match std::fs::read_to_string(path)
             .map_err(|error| error.to_string())
             .and_then(|json| Declaration::from_frame_json(&json).map_err(|error| error.to_string()))
@@ -58,11 +62,11 @@ fn main() {
         "zenfg"
     );
     for frame in &frames {
-        row(frame);
+        row(frame, phases);
     }
 }
 
-fn row(frame: &Declaration) {
+fn row(frame: &Declaration, phases: bool) {
     let accesses: usize = frame.passes.iter().map(|pass| pass.accesses.len()).sum();
     let size = frame.passes.len() + accesses;
     let runs = (200_000 / size).clamp(5, 401);
@@ -72,14 +76,21 @@ fn row(frame: &Declaration) {
     let mut own = options;
     own.only_own_bytes = true;
     let ours = median(runs, || elapsed(|| plan(black_box(frame), &own).is_ok()));
-    if std::env::var("PHASES").is_ok() {
+    if phases {
         let with = |order, sharing| {
-            let mut o = PlanOptions::default().order(order).sharing(sharing);
-            o.only_own_bytes = true;
-            median(runs, || elapsed(|| plan(black_box(frame), &o).is_ok()))
+            let mut options = PlanOptions::default().order(order).sharing(sharing);
+            options.only_own_bytes = true;
+            median(runs, || elapsed(|| plan(black_box(frame), &options).is_ok()))
         };
-        use lightloom_graph::Sharing as S;
-        println!("   recorded+off {:.1} recorded+merged {:.1} memory+off {:.1} memory+merged {:.1} memory+placed {:.1}", with(PassOrder::Recorded, S::Off), with(PassOrder::Recorded, S::Merged), with(PassOrder::Memory, S::Off), with(PassOrder::Memory, S::Merged), with(PassOrder::Memory, S::Placed));
+        let least = with(PassOrder::Recorded, Sharing::Off);
+        let ordered = with(PassOrder::Memory, Sharing::Off);
+        let (merged, placed) = (with(PassOrder::Memory, Sharing::Merged), with(PassOrder::Memory, Sharing::Placed));
+        println!(
+            "  without order and sharing {least:.1}; order {:.1}, merged {:.1}, placed {:.1}",
+            ordered - least,
+            merged - ordered,
+            placed - ordered
+        );
     }
     let mut cache = PlanCache::new();
     cache.get(&frame.clone(), own).expect("frames here are sound");

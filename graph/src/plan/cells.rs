@@ -75,25 +75,64 @@ impl Cells {
     }
 
     /// The cells of an access.
-    pub(crate) fn of(&self, access: &Access) -> impl Iterator<Item = usize> + use<> {
+    #[inline]
+    pub(crate) fn of(&self, access: &Access) -> Span {
         let all = self.of_resource(access.resource);
-        let (rows, columns, stride) = if access.part.is_all() {
-            (0..1, all.start..all.end, 0)
-        } else {
-            match self.cuts.binary_search_by_key(&access.resource, |(resource, _)| *resource) {
-                Ok(at) => {
-                    let cut = &self.cuts[at].1;
-                    let span = |axis: &[u32], [start, end]: [u32; 2]| {
-                        let last = axis.len() - 1;
-                        axis.partition_point(|&edge| edge < start).min(last)..axis[..last].partition_point(|&edge| edge < end)
-                    };
-                    let (mips, layers) = (span(&cut.mips, access.part.mips), span(&cut.layers, access.part.layers));
-                    (mips, all.start + layers.start..all.start + layers.end.max(layers.start), cut.layers.len() - 1)
-                }
-                Err(_) => (0..1, all, 0),
-            }
+        if access.part.is_all() || all.len() == 1 {
+            return Span { next: all.start, end: all.end, rows: 0, gap: 0, width: all.len() };
+        }
+        self.of_part(access)
+    }
+
+    fn of_part(&self, access: &Access) -> Span {
+        let Ok(at) = self.cuts.binary_search_by_key(&access.resource, |(resource, _)| *resource) else {
+            return Span::default();
         };
-        rows.flat_map(move |row| columns.clone().map(move |column| column + row * stride))
+        let cut = &self.cuts[at].1;
+        let inside = |axis: &[u32], [start, end]: [u32; 2]| {
+            let last = axis.len() - 1;
+            let first = axis.partition_point(|&edge| edge < start).min(last);
+            first..axis[..last].partition_point(|&edge| edge < end).max(first)
+        };
+        let (mips, layers) = (inside(&cut.mips, access.part.mips), inside(&cut.layers, access.part.layers));
+        let (rows, width, stride) = (mips.len(), layers.len(), cut.layers.len() - 1);
+        if rows == 0 {
+            return Span::default();
+        }
+        let next = self.first[access.resource] as usize + mips.start * stride + layers.start;
+        Span { next, end: next + width, rows: rows - 1, gap: stride - width, width }
+    }
+}
+
+/// Cells of one access: rows of equal width, equally far apart.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Span {
+    next: usize,
+    /// Of this row.
+    end: usize,
+    /// How many follow.
+    rows: usize,
+    /// From the end of one to the start of the next.
+    gap: usize,
+    width: usize,
+}
+
+impl Iterator for Span {
+    type Item = usize;
+
+    #[inline]
+    fn next(&mut self) -> Option<usize> {
+        if self.next == self.end {
+            if self.rows == 0 || self.width == 0 {
+                return None;
+            }
+            self.rows -= 1;
+            self.next = self.end + self.gap;
+            self.end = self.next + self.width;
+        }
+        let cell = self.next;
+        self.next += 1;
+        Some(cell)
     }
 }
 

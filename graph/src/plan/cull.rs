@@ -1,127 +1,165 @@
 //! Leaves out passes whose results nothing uses, and says why, with the chain of passes that do not need them.
+//!
+//! One sweep from the back knows of each cell what becomes of its contents, so when it meets a pass it knows whether anything
+//! that runs sees what the pass writes:
+//!
+//! ```text
+//!   recorded     A writes t    B overwrites t    C reads t, writes the output
+//!   of t  ◄──    dead          needed            dead                 so A does not run: `B` overwrites it
+//! ```
 
-use super::{Culled, cells::Cells, dependencies::Edge};
+use super::{Culled, cells::Cells};
 use crate::declaration::{Access, Declaration, PassDecl, Write};
 use std::fmt::Write as _;
 
 /// Per pass whether it runs, and the reasons of those that do not.
-pub(super) fn cull(declaration: &Declaration, cells: &Cells, edges: &[Edge]) -> (Vec<bool>, Vec<Culled>) {
-    let passes = declaration.passes.len();
-    let mut live: Vec<bool> = declaration.passes.iter().map(|pass| is_root(declaration, pass)).collect();
-    if !live.iter().all(|&live| live) {
-        // Edges lead forwards and come by their target, so one sweep from the back reaches all that a root needs.
-        for edge in edges.iter().rev().filter(|edge| edge.data) {
-            live[edge.from] |= live[edge.to];
+pub(super) fn cull(declaration: &Declaration, cells: &Cells) -> (Vec<bool>, Vec<Culled>) {
+    let mut live = vec![true; declaration.passes.len()];
+    let mut fates = vec![Fate::default(); cells.len()];
+    // What becomes of what culled passes write; passes from the back, of each its writes from the front.
+    let mut writes: Vec<(&Access, Fate)> = Vec::new();
+    // Culled passes, with where their writes begin.
+    let mut dead: Vec<(usize, usize)> = Vec::new();
+    for (index, pass) in declaration.passes.iter().enumerate().rev() {
+        let needed = |access: &Access| cells.of(access).any(|cell| fates[cell].needed);
+        live[index] = is_root(declaration, pass) || written(pass).any(needed);
+        if !live[index] {
+            dead.push((index, writes.len()));
+            writes.extend(written(pass).map(|access| {
+                let fates = cells.of(access).map(|cell| fates[cell]);
+                // What is read somewhere is told first, then what is overwritten.
+                (
+                    access,
+                    fates.min_by_key(|fate| if fate.next == NONE { 2 } else { u8::from(fate.readers == 0) }).unwrap_or_default(),
+                )
+            }));
+        }
+        // What a pass overwrites it may see before.
+        for access in pass.accesses.iter().filter(|access| !sees(access)) {
+            cells.of(access).for_each(|cell| fates[cell] = Fate { next: index as u32, readers: 0, needed: false });
+        }
+        for access in pass.accesses.iter().filter(|access| sees(access)) {
+            cells.of(access).for_each(|cell| fates[cell].seen(index as u32, live[index]));
         }
     }
-    if live.iter().all(|&live| live) {
-        return (live, Vec::new());
-    }
-    let chains = Chains::new(declaration, cells);
-    let culled = (0..passes)
-        .filter(|&pass| !live[pass])
-        .map(|index| Culled { index, pass: declaration.passes[index].name.to_string(), reason: chains.reason(index) })
+    let chains = Chains { declaration, writes, dead };
+    let culled = chains.dead.iter().enumerate().rev();
+    let culled = culled
+        .map(|(at, &(index, _))| Culled { index, pass: declaration.passes[index].name.to_string(), reason: chains.reason(at) })
         .collect();
     (live, culled)
 }
 
 fn is_root(declaration: &Declaration, pass: &PassDecl) -> bool {
     pass.side_effect
-        || pass.accesses.iter().filter(|access| access.writes()).any(|access| {
+        || written(pass).any(|access| {
             let resource = &declaration.resources[access.resource];
             resource.keep || resource.origin.outlives_frame()
         })
 }
 
+fn written(pass: &PassDecl) -> impl Iterator<Item = &Access> {
+    pass.accesses.iter().filter(|access| access.writes())
+}
+
+/// Whether what was there before shows.
+fn sees(access: &Access) -> bool {
+    access.read || access.write != Write::Overwrite
+}
+
+/// No pass.
+const NONE: u32 = u32::MAX;
+
+/// What becomes of the contents of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Fate {
+    /// The pass that uses the cell next, if any.
+    next: u32,
+    /// How many see the contents before any overwrites them, `next` among them.
+    readers: u32,
+    /// Whether one of these runs.
+    needed: bool,
+}
+
+impl Default for Fate {
+    fn default() -> Self {
+        Self { next: NONE, readers: 0, needed: false }
+    }
+}
+
+impl Fate {
+    /// As it is before `pass` sees the contents.
+    fn seen(&mut self, pass: u32, runs: bool) {
+        if self.next != pass || self.readers == 0 {
+            self.readers += 1;
+        }
+        self.next = pass;
+        self.needed |= runs;
+    }
+}
+
 /// Steps of a chain that are spelt out.
 const LINKS: usize = 4;
 
-/// What becomes of what passes write.
+/// What becomes of what culled passes write.
 struct Chains<'a> {
     declaration: &'a Declaration,
-    cells: &'a Cells,
-    /// Cell by cell: the passes that use it, in recorded order, with whether they see earlier contents.
-    uses: Vec<(u32, bool)>,
-    /// Where each cell's uses begin, and the end of the last.
-    starts: Vec<u32>,
+    /// Their writes, pass after pass.
+    writes: Vec<(&'a Access, Fate)>,
+    /// Culled passes from the last, with where their writes begin.
+    dead: Vec<(usize, usize)>,
 }
 
 impl<'a> Chains<'a> {
-    fn new(declaration: &'a Declaration, cells: &'a Cells) -> Self {
-        let accesses =
-            || declaration.passes.iter().enumerate().flat_map(|(pass, decl)| decl.accesses.iter().map(move |a| (pass, a)));
-        // Counts, then a running sum; the second round moves each start to its cell's end, the next one's start.
-        let mut starts = vec![0_u32; cells.len() + 2];
-        for (_, access) in accesses() {
-            cells.of(access).for_each(|cell| starts[cell + 2] += 1);
-        }
-        for cell in 2..starts.len() {
-            starts[cell] += starts[cell - 1];
-        }
-        let mut uses = vec![(0, false); starts.last().map_or(0, |&end| end as usize)];
-        for (pass, access) in accesses() {
-            for cell in cells.of(access) {
-                uses[starts[cell + 1] as usize] = (pass as u32, access.read || access.write != Write::Overwrite);
-                starts[cell + 1] += 1;
-            }
-        }
-        Self { declaration, cells, uses, starts }
+    fn writes(&self, at: usize) -> &[(&'a Access, Fate)] {
+        let end = self.dead.get(at + 1).map_or(self.writes.len(), |&(_, start)| start);
+        &self.writes[self.dead[at].1..end]
     }
 
-    fn uses(&self, cell: usize) -> &[(u32, bool)] {
-        &self.uses[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    fn name(&self, pass: u32) -> &str {
+        &self.declaration.passes[pass as usize].name
     }
 
-    fn name(&self, pass: usize) -> &str {
-        &self.declaration.passes[pass].name
-    }
-
-    /// Why `pass` does not run. Each thing it writes has a chain that ends where nothing follows.
-    fn reason(&self, pass: usize) -> String {
+    /// Why a pass does not run. Each thing it writes has a chain that ends where nothing follows.
+    fn reason(&self, at: usize) -> String {
         let mut text = String::with_capacity(160);
-        for access in self.writes(pass) {
+        for (access, fate) in self.writes(at) {
             if !text.is_empty() {
                 text.push_str("; ");
             }
             Self::tell(&mut text, "writes ", &self.declaration.resources[access.resource].name, ", ");
-            self.follow(self.fate(pass, access), &mut text);
+            self.follow(*fate, &mut text);
         }
         if text.is_empty() { "writes nothing and has no side effect".to_owned() } else { text }
-    }
-
-    fn writes(&self, pass: usize) -> impl Iterator<Item = &'a Access> + use<'a> {
-        self.declaration.passes[pass].accesses.iter().filter(|access| access.writes())
     }
 
     /// Tells a fate, and what became of what its readers wrote from it.
     fn follow(&self, mut fate: Fate, text: &mut String) {
         for link in 0.. {
-            match fate {
-                Fate::Unread => {
-                    text.push_str("which nothing reads");
-                    return;
-                }
-                Fate::Overwritten(by) => {
-                    Self::tell(text, "which ", self.name(by), " overwrites before anything reads it");
-                    return;
-                }
-                Fate::Read(by, others) => {
-                    Self::tell(text, "read only by ", self.name(by), "");
-                    if others > 0 {
-                        let _ = write!(text, " and {others} more that are culled");
-                    }
-                    let Some(access) = self.writes(by).next() else {
-                        text.push_str(", which writes nothing and has no side effect");
-                        return;
-                    };
-                    if link == LINKS {
-                        text.push_str(", which is culled in turn");
-                        return;
-                    }
-                    Self::tell(text, ", which writes ", &self.declaration.resources[access.resource].name, ", ");
-                    fate = self.fate(by, access);
-                }
+            if fate.next == NONE {
+                text.push_str("which nothing reads");
+                return;
             }
+            if fate.readers == 0 {
+                Self::tell(text, "which ", self.name(fate.next), " overwrites before anything reads it");
+                return;
+            }
+            Self::tell(text, "read only by ", self.name(fate.next), "");
+            if fate.readers > 1 {
+                let _ = write!(text, " and {} more that are culled", fate.readers - 1);
+            }
+            // All that see it are culled too, or the writer would run.
+            let next = self.dead.binary_search_by(|&(pass, _)| (fate.next as usize).cmp(&pass));
+            let Some((access, then)) = next.ok().and_then(|at| self.writes(at).first()) else {
+                text.push_str(", which writes nothing and has no side effect");
+                return;
+            };
+            if link == LINKS {
+                text.push_str(", which is culled in turn");
+                return;
+            }
+            Self::tell(text, ", which writes ", &self.declaration.resources[access.resource].name, ", ");
+            fate = *then;
         }
     }
 
@@ -130,35 +168,6 @@ impl<'a> Chains<'a> {
             text.push_str(part);
         }
     }
-
-    /// What becomes of what `pass` writes by one access.
-    fn fate(&self, pass: usize, access: &Access) -> Fate {
-        let mut fate = Fate::Unread;
-        for cell in self.cells.of(access) {
-            let uses = self.uses(cell);
-            let after = &uses[uses.partition_point(|&(other, _)| other as usize <= pass)..];
-            let found = match after.first() {
-                None => Fate::Unread,
-                Some(&(by, false)) => Fate::Overwritten(by as usize),
-                Some(&(by, true)) => {
-                    let readers = after.iter().take_while(|(_, sees)| *sees);
-                    Fate::Read(by as usize, readers.filter(|(other, _)| *other != by).count())
-                }
-            };
-            if matches!(fate, Fate::Unread) || matches!((&fate, &found), (Fate::Overwritten(_), Fate::Read(..))) {
-                fate = found;
-            }
-        }
-        fate
-    }
-}
-
-/// What becomes of what a culled pass wrote.
-enum Fate {
-    Unread,
-    Overwritten(usize),
-    /// By this culled pass first, and by so many others.
-    Read(usize, usize),
 }
 
 #[cfg(test)]

@@ -1,15 +1,14 @@
-//! Which pass needs which earlier pass, and why.
+//! Which pass must come after which earlier one. A culled pass between two that run orders nothing; what the one reads and the
+//! other overwrites, does.
 
 use super::cells::Cells;
-use crate::declaration::{Declaration, Write};
+use crate::declaration::Declaration;
 
 /// An edge from an earlier pass to a later one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Edge {
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Whether `to` sees what `from` wrote; otherwise only the order matters.
-    pub(super) data: bool,
 }
 
 /// No pass, or the end of a list.
@@ -22,21 +21,20 @@ pub(super) fn dependencies(declaration: &Declaration, cells: &Cells, runs: impl 
     let mut readers = vec![NONE; cells.len()];
     let mut links: Vec<(u32, u32)> = Vec::new();
     let mut edges = Vec::with_capacity(declaration.passes.len() * 4);
-    let mut join = |from: u32, to: usize, data: bool| {
+    let mut join = |from: u32, to: usize| {
         if from != NONE && from as usize != to {
-            edges.push(Edge { from: from as usize, to, data });
+            edges.push(Edge { from: from as usize, to });
         }
     };
     for (to, pass) in declaration.passes.iter().enumerate().filter(|(to, _)| runs(*to)) {
         for access in &pass.accesses {
-            let data = access.read || access.write != Write::Overwrite;
             for cell in cells.of(access) {
-                join(writer[cell], to, data);
+                join(writer[cell], to);
                 if access.writes() {
                     let mut link = readers[cell];
                     while link != NONE {
                         let (reader, next) = links[link as usize];
-                        join(reader, to, false);
+                        join(reader, to);
                         link = next;
                     }
                 }
@@ -71,10 +69,10 @@ mod tests {
                        {"name": "clear", "kind": "compute", "writes": [{"resource": "a"}]}]}"#;
         let declaration = Declaration::from_frame_json(frame).unwrap();
         let mut edges = dependencies(&declaration, &Cells::new(&declaration), |_| true);
-        edges.sort_by_key(|edge| (edge.from, edge.to, edge.data));
+        edges.sort_by_key(|edge| (edge.from, edge.to));
         edges.dedup();
-        let edge = |from, to, data| Edge { from, to, data };
-        assert_eq!(edges, [edge(0, 1, true), edge(0, 2, true), edge(1, 2, false), edge(2, 3, false)]);
+        let edge = |from, to| Edge { from, to };
+        assert_eq!(edges, [edge(0, 1), edge(0, 2), edge(1, 2), edge(2, 3)]);
     }
 
     #[test]

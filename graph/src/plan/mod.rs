@@ -1,7 +1,7 @@
 //! From a declaration to a plan: a pure function, one file per phase.
 //!
 //! ```text
-//!   validate → cells → dependencies → cull → merge → order → lifetimes → place
+//!   validate → cells → cull → dependencies → merge → order → lifetimes → place
 //! ```
 
 pub(crate) mod cells;
@@ -163,36 +163,35 @@ pub fn plan_with_needs(
     validate::indices(declaration)?;
     let cells = cells::Cells::new(declaration);
     validate::contents(declaration, &cells)?;
-    let mut edges = dependencies::dependencies(declaration, &cells, |_| true);
-    let (live, culled) = cull::cull(declaration, &cells, &edges);
-    if !culled.is_empty() {
-        // A culled pass between two that run orders nothing; what the one reads and the other overwrites, does.
-        edges = dependencies::dependencies(declaration, &cells, |pass| live[pass]);
-    }
+    let (live, culled) = cull::cull(declaration, &cells);
+    let edges = dependencies::dependencies(declaration, &cells, |pass| live[pass]);
     let units = merge::merge(declaration, &live);
     let sequence = order::order(declaration, &units, &edges, options.order)
         .map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
-    let recorded = {
-        let (order, steps) = units.flatten(0..units.len());
-        let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
-        lifetimes::live_bytes(declaration, &lifetimes, order.len())
-    };
+    let moved = !sequence.is_sorted();
     let (order, steps) = units.flatten(sequence);
     let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
     let live_bytes = lifetimes::live_bytes(declaration, &lifetimes, order.len());
+    let ordered_peak = live_bytes.iter().copied().max().unwrap_or(0);
+    let recorded_peak = if moved {
+        let (order, steps) = units.flatten(0..units.len());
+        let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
+        lifetimes::live_bytes(declaration, &lifetimes, order.len()).into_iter().max().unwrap_or(0)
+    } else {
+        ordered_peak
+    };
     let mut usages = usages(declaration, &order);
     if options.transient_attachments {
         merge::transient_attachments(declaration, &lifetimes, &steps, &mut usages);
     }
     let items = place::items(declaration, &lifetimes, &usages);
     let wants = |sharing| options.sharing == sharing || !options.only_own_bytes;
-    let goal = recorded.iter().copied().max().unwrap_or(0);
     let merged = if wants(Sharing::Merged) { place::merged(declaration, &order, &steps, &items) } else { Vec::new() };
-    let heaps = if wants(Sharing::Placed) { place::heaps(declaration, &items, needs, goal) } else { Vec::new() };
+    let heaps = if wants(Sharing::Placed) { place::heaps(declaration, &items, needs, recorded_peak) } else { Vec::new() };
     let mut memory = Memory {
         unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),
-        peak_live_bytes: goal,
-        ordered_peak_live_bytes: live_bytes.iter().copied().max().unwrap_or(0),
+        peak_live_bytes: recorded_peak,
+        ordered_peak_live_bytes: ordered_peak,
         pooled_bytes: place::bytes(&merged),
         placed_bytes: place::bytes(&heaps),
         allocated_bytes: 0,

@@ -5,15 +5,16 @@ use crate::{
     Subresources,
     declaration::{Declaration, Origin},
     error::{GraphError, PassRef},
-    hash::FoldedMap,
+    hash::Folded,
 };
-use std::hash::BuildHasherDefault;
+use std::hash::Hasher;
 
 /// Names, indices and parts that do not fit.
 pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
     let mut errors = Vec::new();
-    unique("resource", declaration, declaration.resources.iter().map(|resource| &*resource.name), &mut errors);
-    unique("pass", declaration, declaration.passes.iter().map(|pass| &*pass.name), &mut errors);
+    let (resources, passes) = (&declaration.resources, &declaration.passes);
+    unique("resource", declaration, resources.len(), |at| &resources[at].name, &mut errors);
+    unique("pass", declaration, passes.len(), |at| &passes[at].name, &mut errors);
     for pass in &declaration.passes {
         for access in &pass.accesses {
             if access.resource >= declaration.resources.len() {
@@ -55,19 +56,33 @@ pub(super) fn contents(declaration: &Declaration, cells: &Cells) -> Result<(), G
     GraphError::collect(errors).map_or(Ok(()), Err)
 }
 
+/// Names that occur twice. The table holds indices at the places of their names' hashes, or at the next ones that are free.
 fn unique<'a>(
     what: &'static str,
     declaration: &Declaration,
-    names: impl ExactSizeIterator<Item = &'a str>,
+    count: usize,
+    name: impl Fn(usize) -> &'a str,
     errors: &mut Vec<GraphError>,
 ) {
-    let mut seen = FoldedMap::with_capacity_and_hasher(names.len(), BuildHasherDefault::default());
-    for (second, name) in names.enumerate() {
-        if let Some(&first) = seen.get(name) {
-            let (frame, name) = (declaration.name.clone(), name.to_owned());
-            errors.push(GraphError::DuplicateName { frame, what, name, first, second });
-        } else {
-            seen.insert(name, second);
+    const FREE: u32 = u32::MAX;
+    let mut table = vec![FREE; (2 * count).next_power_of_two()];
+    for second in 0..count {
+        let mut hash = Folded::default();
+        hash.write(name(second).as_bytes());
+        let mut at = hash.finish() as usize;
+        loop {
+            at &= table.len() - 1;
+            let first = table[at];
+            if first == FREE {
+                table[at] = second as u32;
+                break;
+            }
+            if name(first as usize) == name(second) {
+                let (frame, name, first) = (declaration.name.clone(), name(second).to_owned(), first as usize);
+                errors.push(GraphError::DuplicateName { frame, what, name, first, second });
+                break;
+            }
+            at += 1;
         }
     }
 }

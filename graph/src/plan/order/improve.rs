@@ -40,6 +40,9 @@ struct State<'a> {
     count: Vec<u32>,
     /// Unit to whether it is in the group under trial; else false.
     grouped: Vec<bool>,
+    /// The window under trial, and the bytes in use at each of its positions.
+    units: Vec<u32>,
+    lives: Vec<Bytes>,
 }
 
 /// A window of positions in another order.
@@ -96,6 +99,8 @@ impl<'a> State<'a> {
             live: vec![0; units],
             count: vec![0; items],
             grouped: vec![false; units],
+            units: Vec::new(),
+            lives: Vec::new(),
         };
         for (at, &unit) in state.sequence.iter().enumerate() {
             state.position[unit as usize] = at;
@@ -215,30 +220,35 @@ impl<'a> State<'a> {
         if end - start > REACH || *left == 0 {
             return;
         }
+        *left = left.saturating_sub((end - start + 1) * 4);
         for &unit in group {
             self.grouped[unit as usize] = true;
         }
         let window = &self.sequence[start..=end];
-        let mut units = Vec::with_capacity(window.len());
+        let mut units = std::mem::take(&mut self.units);
+        units.clear();
         units.extend(window.iter().filter(|&&unit| self.grouped[unit as usize] == front));
         units.extend(window.iter().filter(|&&unit| self.grouped[unit as usize] != front));
         for &unit in group {
             self.grouped[unit as usize] = false;
         }
-        let mut lives = Vec::with_capacity(units.len());
-        self.replay(start, &units, &mut lives);
-        *left = left.saturating_sub(units.len() * 4);
-        let old = self.live[start..=end].iter().copied().max().unwrap_or(0);
+        let before = &self.live[start..=end];
+        let old = before.iter().copied().max().unwrap_or(0);
         let times = |lives: &[Bytes]| lives.iter().filter(|&&live| live == old).count() as isize;
-        let peak = (lives.iter().copied().max().unwrap_or(0), times(&lives) - times(&self.live[start..=end]));
+        let old_times = times(before);
         let limit = best.as_ref().map_or((old, 0), |best| best.peak);
-        if peak < limit {
-            *best = Some(Move { start, units, peak });
+        if self.replay(start, &units, limit.0) {
+            let peak = (self.lives.iter().copied().max().unwrap_or(0), times(&self.lives) - old_times);
+            if peak < limit {
+                *best = Some(Move { start, units: units.clone(), peak });
+            }
         }
+        self.units = units;
     }
 
-    /// The bytes in use at each position of a window, were its units in this order.
-    fn replay(&mut self, start: usize, units: &[u32], lives: &mut Vec<Bytes>) {
+    /// Sets [`lives`](State::lives) to the bytes in use at each position of a window, were its units in this order. False as soon
+    /// as they are more than `limit`.
+    fn replay(&mut self, start: usize, units: &[u32], limit: Bytes) -> bool {
         let model = self.model;
         let end = start + units.len() - 1;
         let born = |&&item: &&u32| self.first[item as usize] == start;
@@ -247,6 +257,7 @@ impl<'a> State<'a> {
         for &item in units.iter().flat_map(|&unit| model.items.of(unit)) {
             self.count[item as usize] += 1;
         }
+        self.lives.clear();
         for &unit in units {
             for &item in model.items.of(unit) {
                 let count = &mut self.count[item as usize];
@@ -257,7 +268,13 @@ impl<'a> State<'a> {
                     }
                 }
             }
-            lives.push(live);
+            if live > limit {
+                for &item in units.iter().flat_map(|&unit| model.items.of(unit)) {
+                    self.count[item as usize] = 0;
+                }
+                return false;
+            }
+            self.lives.push(live);
             for &item in model.items.of(unit) {
                 let count = &mut self.count[item as usize];
                 *count -= 1;
@@ -269,14 +286,14 @@ impl<'a> State<'a> {
                 }
             }
         }
+        true
     }
 
     fn apply(&mut self, best: &Move) {
         let model = self.model;
         let (start, end) = (best.start, best.start + best.units.len() - 1);
-        let mut lives = Vec::with_capacity(best.units.len());
-        self.replay(start, &best.units, &mut lives);
-        self.live[start..=end].copy_from_slice(&lives);
+        self.replay(start, &best.units, Bytes::MAX);
+        self.live[start..=end].copy_from_slice(&self.lives);
         self.sequence[start..=end].copy_from_slice(&best.units);
         for (at, &unit) in (start..).zip(&best.units) {
             self.position[unit as usize] = at;

@@ -112,7 +112,7 @@ mod tests {
         let declaration = Declaration::from_frame_json(&frame).unwrap();
         let cells = cells::Cells::new(&declaration);
         let edges = dependencies::dependencies(&declaration, &cells, |_| true);
-        let units = merge::merge(&declaration, &cull::cull(&declaration, &cells, &edges).0);
+        let units = merge::merge(&declaration, &cull::cull(&declaration, &cells).0);
         let model = Model::new(&declaration, &units, &unit_edges(&declaration, &units, &edges)).unwrap();
         // The consumers add to one result, so they keep their order. What frees comes before what does nothing.
         assert_eq!(schedule(&model, Direction::Forward), [0, 5, 4, 1, 6, 2, 7, 3, 8]);

@@ -91,6 +91,9 @@ fn smallest(model: &Model, recorded: Vec<u32>) -> Vec<u32> {
             if found.peak < best.peak {
                 best = found;
             }
+            if best.peak <= bound {
+                break;
+            }
         }
     }
     best.sequence
@@ -101,7 +104,7 @@ mod tests {
     use super::*;
 
     fn edge(from: usize, to: usize) -> Edge {
-        Edge { from, to, data: true }
+        Edge { from, to }
     }
 
     /// Orders passes of which nothing is known but the edges.

@@ -43,8 +43,11 @@ pub(super) struct Packing {
     pub(super) height: u64,
 }
 
-/// Up to so many blocks, each is compared with all that were placed; beyond, only with those it meets.
-const FEW: usize = 512;
+/// Up to so many blocks, each is compared with all that were placed; beyond, only with those it meets, …
+const FEW: usize = 32;
+/// … unless there are no more than this many, and they meet more often than so many times each.
+const SOME: usize = 512;
+const SELDOM: usize = 16;
 /// Beyond this many meetings per block, only the order of time is tried.
 const CROWD: usize = 512;
 /// How many blocks are placed in search of a lower height: this many, and each once …
@@ -192,13 +195,15 @@ impl<'a> Packer<'a> {
         if blocks.len() <= FEW {
             return Some(packer);
         }
-        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        let some = blocks.len() <= SOME;
+        let most = blocks.len() * if some { SELDOM } else { CROWD };
+        let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(blocks.len() * 4);
         let mut alive: Vec<u32> = Vec::new();
         for (index, block) in blocks.iter().enumerate() {
             alive.retain(|&other| blocks[other as usize].last >= block.first);
             pairs.extend(alive.iter().map(|&other| (other, index as u32)));
-            if pairs.len() > CROWD * blocks.len() {
-                return None;
+            if pairs.len() > most {
+                return some.then_some(packer);
             }
             alive.push(index as u32);
         }
@@ -304,14 +309,14 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 33) % n
         };
-        let mut blocks: Vec<Block> = (0..2 * FEW)
+        let mut blocks: Vec<Block> = (0..2 * SOME)
             .map(|_| {
                 let first = below(2000) as usize;
                 Block { first, last: first + below(40) as usize, bytes: 1 + below(100_000), align: 256 << below(3) }
             })
             .collect();
         blocks.sort_by_key(|block| block.first);
-        for blocks in [&blocks[..], &blocks[..FEW / 2]] {
+        for blocks in [&blocks[..], &blocks[..SOME / 2], &blocks[..FEW]] {
             let packing = pack(blocks, u64::MAX);
             for (n, a) in blocks.iter().enumerate() {
                 let offset = packing.offsets[n];
