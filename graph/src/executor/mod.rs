@@ -155,7 +155,7 @@ impl Executor {
         self.transient_attachments = transient;
     }
 
-    /// Threads that record passes; 1 at first. Frames of a few hundred passes and more gain by it.
+    /// Threads that record passes; 1 at first. Only frames of hundreds of passes can gain, where the driver leaves cores idle.
     pub fn set_threads(&mut self, threads: usize) {
         self.threads = threads.max(1);
     }
