@@ -275,7 +275,7 @@ fn pass_decl(pass: FramePass, frame: &str, index: &HashMap<String, usize>, error
         kind: pass.kind,
         heavy: false,
         side_effect: pass.side_effect,
-        pinned: false,
+        pinned: pass.pinned,
         accesses,
         place: Place::default(),
     }

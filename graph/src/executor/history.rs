@@ -149,6 +149,7 @@ fn generous(device: &wgpu::Device, kind: &ResourceKind) -> u32 {
     match kind {
         ResourceKind::Buffer(_) => (wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::INDIRECT
             | wgpu::BufferUsages::COPY_SRC
             | wgpu::BufferUsages::COPY_DST)
             .bits(),

@@ -340,16 +340,22 @@ impl Command {
     }
 }
 
-/// Copies all mips and layers.
+/// Copies all mips and layers. One layer at a time: wgpu 30 panics where a copy's layers are in more than two states.
 fn copy_texture(encoder: &mut wgpu::CommandEncoder, from: &wgpu::Texture, to: &wgpu::Texture, desc: &TextureDesc) {
+    let layers = if desc.dimension == wgpu::TextureDimension::D3 { 1 } else { desc.size[2] };
     for mip in 0..desc.mip_level_count {
-        let part = |texture| wgpu::TexelCopyTextureInfo {
-            texture,
-            mip_level: mip,
-            origin: wgpu::Origin3d::ZERO,
-            aspect: wgpu::TextureAspect::All,
-        };
-        let extent = desc.extent().mip_level_size(mip, desc.dimension).physical_size(desc.format);
-        encoder.copy_texture_to_texture(part(from), part(to), extent);
+        let mut extent = desc.extent().mip_level_size(mip, desc.dimension).physical_size(desc.format);
+        if desc.dimension != wgpu::TextureDimension::D3 {
+            extent.depth_or_array_layers = 1;
+        }
+        for z in 0..layers {
+            let part = |texture| wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level: mip,
+                origin: wgpu::Origin3d { x: 0, y: 0, z },
+                aspect: wgpu::TextureAspect::All,
+            };
+            encoder.copy_texture_to_texture(part(from), part(to), extent);
+        }
     }
 }

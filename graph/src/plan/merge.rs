@@ -90,7 +90,8 @@ impl Open {
         is_draw(pass) && keeps && mine.by_ref().eq(its.by_ref()) && {
             beside(pass).all(|(_, access)| {
                 self.beside.iter().map(|&(other, place)| &declaration.passes[other].accesses[place]).all(|other| {
-                    other.resource != access.resource || !(other.writes() || access.writes()) || !other.part.overlaps(access.part)
+                    let shares = !(other.writes() || access.writes()) && other.exclusive == access.exclusive;
+                    other.resource != access.resource || shares || !other.part.overlaps(access.part)
                 })
             })
         }
@@ -156,7 +157,9 @@ pub(super) fn transient_attachments(
         let Some(lifetime) = lifetimes[index] else { continue };
         let step = steps.partition_point(|step| step.end <= lifetime.first);
         let attached = usages[index] == wgpu::TextureUsages::RENDER_ATTACHMENT.bits();
-        let texture = matches!(resource.kind, ResourceKind::Texture(_));
+        // wgpu has transient textures of one mip and layer only, with no other formats.
+        let texture = matches!(&resource.kind, ResourceKind::Texture(desc)
+            if desc.mip_level_count == 1 && desc.size[2] == 1 && desc.view_formats.is_empty());
         let inside = steps.get(step).is_some_and(|step| lifetime.last < step.end);
         if texture && attached && inside && resource.origin == Origin::Transient && !resource.keep {
             usages[index] |= wgpu::TextureUsages::TRANSIENT_ATTACHMENT.bits();
@@ -174,6 +177,14 @@ mod tests {
     /// A frame of raster passes over textures 0 and 1 and the buffers 2 and 3: per pass its accesses as
     /// (resource, attachment, write).
     fn units(passes: &[&[(usize, Option<Attachment>, Write)]]) -> Vec<Vec<usize>> {
+        let access = |&(resource, attachment, write): &(usize, Option<Attachment>, Write)| Access {
+            attachment,
+            ..Access::new(resource, "x", write != Write::Overwrite, write, 0)
+        };
+        merged(&passes.iter().map(|accesses| accesses.iter().map(access).collect()).collect::<Vec<_>>())
+    }
+
+    fn merged(passes: &[Vec<Access>]) -> Vec<Vec<usize>> {
         let names = (0..passes.len()).map(|i| format!(r#"{{"name": "{i}", "kind": "raster"}}"#)).collect::<Vec<_>>().join(",");
         let texture = |n| {
             format!(r#"{{"name": "{n}", "kind": "texture", "origin": "transient", "format": "r32float", "size": [4, 4, 1]}}"#)
@@ -183,11 +194,7 @@ mod tests {
         let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{names}]}}"#);
         let mut declaration = Declaration::from_frame_json(&frame).unwrap();
         for (pass, accesses) in declaration.passes.iter_mut().zip(passes) {
-            let access = |&(resource, attachment, write): &(usize, Option<Attachment>, Write)| Access {
-                attachment,
-                ..Access::new(resource, "x", write != Write::Overwrite, write, 0)
-            };
-            pass.accesses = accesses.iter().map(access).collect();
+            pass.accesses.clone_from(accesses);
         }
         let units = merge(&declaration, &vec![true; passes.len()]);
         (0..units.len()).map(|unit| units.unit(unit).to_vec()).collect()
@@ -211,6 +218,34 @@ mod tests {
         assert_eq!(units(&[&[first, reads], &[then, writes]]), [[0], [1]]);
         assert_eq!(units(&[&[first, writes], &[then], &[then, reads]]), [vec![0, 1], vec![2]], "nor over a draw between");
         assert_eq!(units(&[&[first, reads], &[then, reads, other]]), [vec![0, 1]]);
+    }
+
+    #[test]
+    fn what_wgpu_takes_for_a_write_ends_the_unit_too() {
+        let read = |exclusive| Access { exclusive, ..Access::new(2, "x", true, Write::No, 0) };
+        let draw = |write| Access { attachment: COLOR, ..Access::new(0, "x", write == Write::Keep, write, 0) };
+        let count = |first, second| {
+            let passes = [vec![read(first), draw(Write::Overwrite)], vec![read(second), draw(Write::Keep)]];
+            merged(&passes).len()
+        };
+        assert_eq!([count(false, true), count(true, false)], [2, 2], "a render pass sees a buffer in one state");
+        assert_eq!([count(false, false), count(true, true)], [1, 1]);
+    }
+
+    #[test]
+    fn only_plain_textures_are_transient_attachments() {
+        let transient = |mips: u32, size: [u32; 3]| {
+            let frame = format!(
+                r#"{{"frame": "f", "resources": [{{"name": "a", "kind": "texture", "origin": "transient", "format": "r32float",
+                    "size": {size:?}, "mips": {mips}}}], "passes": [{{"name": "p", "kind": "raster", "writes": [{{"resource": "a"}}]}}]}}"#
+            );
+            let declaration = Declaration::from_frame_json(&frame).unwrap();
+            let mut usages = [wgpu::TextureUsages::RENDER_ATTACHMENT.bits()];
+            transient_attachments(&declaration, &[Some(Lifetime { first: 0, last: 0 })], &[0..1], &mut usages);
+            usages[0] & wgpu::TextureUsages::TRANSIENT_ATTACHMENT.bits() != 0
+        };
+        assert!(transient(1, [4, 4, 1]), "one mip and layer");
+        assert!(!transient(2, [4, 4, 1]) && !transient(1, [4, 4, 2]), "wgpu has no others");
     }
 
     #[test]
