@@ -241,7 +241,12 @@ mod tests {
             );
             let declaration = Declaration::from_frame_json(&frame).unwrap();
             let mut usages = [wgpu::TextureUsages::RENDER_ATTACHMENT.bits()];
-            transient_attachments(&declaration, &[Some(Lifetime { first: 0, last: 0 })], &[0..1], &mut usages);
+            transient_attachments(
+                &declaration,
+                &[Some(Lifetime { first: 0, last: 0 })],
+                std::slice::from_ref(&(0..1)),
+                &mut usages,
+            );
             usages[0] & wgpu::TextureUsages::TRANSIENT_ATTACHMENT.bits() != 0
         };
         assert!(transient(1, [4, 4, 1]), "one mip and layer");
