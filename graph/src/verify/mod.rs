@@ -221,10 +221,12 @@ fn unknown(core: &ShaderCore, binding: &str, at: PassRef<'_>) -> GraphError {
     }
 }
 
-/// What one access of a pass writes may have no other access in it.
+/// What one access of a pass writes, or WGSL says it may, can have no other access in it.
 pub(crate) fn conflicts(graph: &Graph<'_>, accesses: &[Access], at: PassRef<'_>, errors: &mut Vec<GraphError>) {
     let pairs = accesses.iter().enumerate().flat_map(|(i, first)| accesses[i + 1..].iter().map(move |second| (first, second)));
-    let clashes = |a: &Access, b: &Access| a.resource == b.resource && (a.writes() || b.writes()) && a.part.overlaps(b.part);
+    let clashes = |a: &Access, b: &Access| {
+        a.resource == b.resource && (a.writes() || b.writes() || a.exclusive != b.exclusive) && a.part.overlaps(b.part)
+    };
     let mut told = Vec::new();
     for (first, second) in pairs.filter(|(first, second)| clashes(first, second)) {
         if !told.contains(&first.resource) {

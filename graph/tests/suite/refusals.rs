@@ -415,6 +415,14 @@ refusals! {
         graph.compute(&shader).read_at("source", &image, Subresources::mips(0..2)).write_at("to", &mut image, Subresources::mip(1)).dispatch([1, 1, 1]);
     }) => WriteConflict, ["`image`", "`source`", "`to`"];
 
+    conflict_of_what_wgsl_may_write: planned(|graph| {
+        let shader = one("@group(0) @binding(0) var<storage, read_write> first: array<u32>; @group(0) @binding(1) var<storage, read> second: array<u32>;
+            @group(0) @binding(2) var<storage, read_write> out: array<u32>; fn body() { out[0] = first[0] + second[0]; }");
+        let words = graph.import_buffer("words", BufferDesc::words(4), None);
+        let mut out = graph.buffer("out", BufferDesc::words(1));
+        graph.compute(&shader).read("first", &words).read("second", &words).write("out", &mut out).dispatch([1, 1, 1]);
+    }) => WriteConflict, ["`words`", "`first`", "`second`"];
+
     optional_write: planned(|graph| {
         let shader = one("@group(0) @binding(0) var<storage, read_write> words: array<u32>; fn body() { words[0] = 1u; }");
         graph.compute(&shader).read_optional("words", None::<&Handle<Buffer>>).dispatch([1, 1, 1]);

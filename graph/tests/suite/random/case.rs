@@ -259,7 +259,7 @@ impl Raw {
                 let count = if part { u32::from(self.part) % items } else { items };
                 let avoid: Vec<Part> = [to].into_iter().chain(first.filter(|_| bind == Bind::Exclusive)).collect();
                 let covers = |&node: &usize| state.age(to) > 0 || state.groups[node].is_some_and(|groups| groups * 64 >= count);
-                let groups = state.arguments(self.to[1], &avoid).filter(covers).filter(|_| self.what % 2 == 0);
+                let groups = state.arguments(self.to[1], &avoid).filter(covers).filter(|_| self.what.is_multiple_of(2));
                 Some(Step::Compute { to, from: [first, second], bind, groups, count, pinned, seed })
             }
             5..8 => {
@@ -279,8 +279,8 @@ impl Raw {
                 let twin = |part: Part| is_color(part) && part.node != to.node && size(part) == size(to);
                 let second = choose(self.to[1], &twin).filter(|_| self.to[1].is_multiple_of(3));
                 let depth = choose(self.to[1], &|part| state.kind(part.node).is_depth() && size(part) == size(to));
-                let depth = depth.filter(|_| self.from[1] % 3 > 0).map(|part| part.node);
-                self.draw(state, [Some(to), second], depth, clear, pinned, seed)
+                let depth = depth.filter(|_| !self.from[1].is_multiple_of(3)).map(|part| part.node);
+                Some(self.draw(state, [Some(to), second], depth, clear, pinned, seed))
             }
             // Into the attachments of the last draw.
             19..25 => {
@@ -289,7 +289,7 @@ impl Raw {
                     _ => None,
                 };
                 let (to, depth) = state.steps.iter().rev().take(3).find_map(drawn)?;
-                self.draw(state, to, depth, None, pinned, seed)
+                Some(self.draw(state, to, depth, None, pinned, seed))
             }
             12 | 25 => Some(Step::Clear { to: state.goal(self.to[0], &|part| !is_color(part))?, value: seed % 9 }),
             26 => Some(Step::Clear { to: state.goal(self.to[0], &is_color)?, value: seed % 97 }),
@@ -336,7 +336,7 @@ impl Raw {
         clear: Option<u32>,
         pinned: bool,
         seed: u32,
-    ) -> Option<Step> {
+    ) -> Step {
         let not_depth = |part: Part| !state.kind(part.node).is_depth();
         let attached: Vec<Part> = to.into_iter().flatten().collect();
         let apart = |part: Part| not_depth(part) && attached.iter().all(|other| !other.overlaps(part));
@@ -348,11 +348,11 @@ impl Raw {
             owned && state.kind(part.node).is_buffer() && Some(part.node) != used
         };
         // Whether a fragment that fails the depth test stores first, drivers choose.
-        let beside = state.source(self.to[0], &writable).filter(|_| depth.is_none() && self.from[1] % 3 > 0);
+        let beside = state.source(self.to[0], &writable).filter(|_| depth.is_none() && !self.from[1].is_multiple_of(3));
         let beside = beside.map(|part| part.node);
         let avoid: Vec<Part> = beside.into_iter().chain(used.filter(|_| bind == Bind::Exclusive)).map(Part::whole).collect();
         let vertices = state.arguments(self.to[1], &avoid).filter(|_| self.seed.is_multiple_of(2));
         let columns = u32::from(self.part / 2) % 9;
-        Some(Step::Draw { to, depth, from, bind, beside, vertices, clear, columns, pinned, seed })
+        Step::Draw { to, depth, from, bind, beside, vertices, clear, columns, pinned, seed }
     }
 }

@@ -68,7 +68,7 @@ fn source(source: Source, name: &str, number: u32) -> String {
                     let layers = {layers};
                     let cells = textureNumLevels({name}) * layers;
                     let cell = i % cells;
-                    // All lanes load all levels: Mesa's software driver takes one lane's level for its neighbours too.
+                    // All lanes load all levels: not every driver loads from a level that differs between lanes.
                     var item = 0u;
                     for (var level = 0u; level < textureNumLevels({name}); level++) {{
                         let size = textureDimensions({name}, level);

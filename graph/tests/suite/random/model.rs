@@ -135,7 +135,9 @@ impl Model {
         let attached: Vec<Part> = to.into_iter().flatten().collect();
         let Some(&first) = attached.first() else { return };
         if let Some(clear) = clear {
-            attached.iter().for_each(|&part| self.cell(part).fill(clear));
+            for &part in &attached {
+                self.cell(part).fill(clear);
+            }
             if let Some(buffer) = buffer {
                 self.words[buffer].fill(1.0_f32.to_bits());
             }

@@ -28,7 +28,7 @@ impl Kind {
     pub(super) fn new(number: u8) -> Self {
         let texture = |size, channels, mips, layers| Self::Texture { size, channels, mips, layers };
         match number % 14 {
-            0 | 1 | 2 => Self::Buffer { words: 16 },
+            0..=2 => Self::Buffer { words: 16 },
             3 => Self::Buffer { words: 40 },
             4 => Self::Buffer { words: 300 },
             5 | 6 => texture([4, 4], 1, 1, 1),
