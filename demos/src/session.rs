@@ -249,7 +249,7 @@ fn find<'a>(pipelines: &'a mut [Pipeline], strategy: &str) -> Result<&'a mut Pip
 }
 
 fn no_adapter() -> Error {
-    Error::Unavailable("this session has no adapter".to_owned())
+    Error::Unavailable("no adapter was opened".to_owned())
 }
 
 fn no_layer(strategy: &str, layer: Layer) -> Error {
