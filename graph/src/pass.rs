@@ -9,7 +9,8 @@ use crate::{
     indirect::{Draw, Groups, Indirect},
     layout::StructLayout,
     raster,
-    verify::{self, Call, Params, View},
+    shader::ShaderCore,
+    verify::{self, Bound, Call, Params, View},
 };
 use std::{panic::Location, sync::Arc};
 
@@ -59,6 +60,35 @@ impl Calls {
     pub(crate) fn new(location: &'static Location<'static>) -> Self {
         Self { name: None, params: None, bound: Vec::new(), heavy: false, pinned: false, location }
     }
+
+    /// The pass's own name, or the shader's.
+    fn name(&self, core: &ShaderCore) -> Arc<str> {
+        self.name.clone().unwrap_or_else(|| Arc::clone(&core.label))
+    }
+
+    /// Compares the calls with the shader.
+    fn check(&self, graph: &Graph<'_>, core: &ShaderCore, at: PassRef<'_>, indirect: Option<Indirect>) -> Checked {
+        let mut checked = match verify::bindings(graph, core, self, at) {
+            Ok((bound, accesses)) => Checked { bound, accesses, errors: Vec::new() },
+            Err(errors) => Checked { bound: Vec::new(), accesses: Vec::new(), errors },
+        };
+        if let Some(indirect) = indirect {
+            indirect.check(graph, at, &mut checked.accesses, &mut checked.errors);
+        }
+        checked
+    }
+
+    fn decl(&self, name: Arc<str>, kind: PassKind, accesses: Vec<Access>) -> PassDecl {
+        let (heavy, pinned, place) = (self.heavy, self.pinned, Place(Some(self.location)));
+        PassDecl { name, kind, heavy, side_effect: false, pinned, accesses, place }
+    }
+}
+
+/// What is bound and accessed, and the mistakes.
+struct Checked {
+    bound: Vec<Bound>,
+    accesses: Vec<Access>,
+    errors: Vec<GraphError>,
 }
 
 macro_rules! shared_calls {
@@ -184,30 +214,15 @@ impl ComputePass<'_, '_> {
 
     fn finish(self, groups: Groups, indirect: Option<Indirect>) {
         let Self { graph, shader, calls } = self;
-        let name = calls.name.clone().unwrap_or_else(|| Arc::clone(&shader.core.label));
+        let name = calls.name(&shader.core);
         let at = PassRef::new(&name, calls.location);
-        let mut errors = Vec::new();
-        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, at).unwrap_or_else(|found| {
-            errors.extend(found);
-            (Vec::new(), Vec::new())
-        });
-        if let Some(indirect) = indirect {
-            indirect.check(graph, at, &mut accesses, &mut errors);
-        }
+        let Checked { bound, accesses, errors } = calls.check(graph, &shader.core, at, indirect);
         if !errors.is_empty() {
             graph.refuse(errors);
             return;
         }
         graph.record(Recorded {
-            decl: PassDecl {
-                name,
-                kind: PassKind::Compute,
-                heavy: calls.heavy,
-                side_effect: false,
-                pinned: calls.pinned,
-                accesses,
-                place: Place(Some(calls.location)),
-            },
+            decl: calls.decl(name, PassKind::Compute, accesses),
             work: Work::Compute { shader, bound, params: calls.params.map(|params| params.range), groups },
         });
     }
@@ -294,16 +309,9 @@ impl RasterPass<'_, '_> {
 
     fn finish(self, draw: Draw, indirect: Option<Indirect>) {
         let Self { graph, shader, calls, colors, depth } = self;
-        let name = calls.name.clone().unwrap_or_else(|| Arc::clone(&shader.core.label));
+        let name = calls.name(&shader.core);
         let at = PassRef::new(&name, calls.location);
-        let mut errors = Vec::new();
-        let (bound, mut accesses) = verify::bindings(graph, &shader.core, &calls, at).unwrap_or_else(|found| {
-            errors.extend(found);
-            (Vec::new(), Vec::new())
-        });
-        if let Some(indirect) = indirect {
-            indirect.check(graph, at, &mut accesses, &mut errors);
-        }
+        let Checked { bound, mut accesses, mut errors } = calls.check(graph, &shader.core, at, indirect);
         let targets = raster::targets(graph, &shader, &colors, depth.as_ref(), at, &mut accesses, &mut errors);
         if errors.is_empty() {
             verify::conflicts(graph, &accesses, at, &mut errors);
@@ -313,15 +321,7 @@ impl RasterPass<'_, '_> {
             return;
         }
         graph.record(Recorded {
-            decl: PassDecl {
-                name,
-                kind: PassKind::Raster,
-                heavy: calls.heavy,
-                side_effect: false,
-                pinned: calls.pinned,
-                accesses,
-                place: Place(Some(calls.location)),
-            },
+            decl: calls.decl(name, PassKind::Raster, accesses),
             work: Work::Raster { shader, bound, params: calls.params.map(|params| params.range), targets, draw },
         });
     }

@@ -41,7 +41,7 @@ impl Executor {
         let first = frame.plan.order[step.start];
         let decl = &frame.declaration.passes[first];
         let query = |shared: &mut Preparation<'_>| shared.queries.as_mut().and_then(|queries| queries.take(step.start));
-        let plain = |work| Ok(Some(Item::Plain(Plain { label: &decl.name, work, query: None })));
+        let bare = |shared: &mut Preparation<'_>| shared.queries.as_mut().and_then(|queries| queries.take_bare(step.start));
         match work[first].as_ref() {
             None => Ok(None),
             Some(Work::Raster { .. } | Work::ClearTexture { .. }) => {
@@ -66,17 +66,11 @@ impl Executor {
                     let work = super::record::Work::Compute(Compute { pipeline, groups: bind_groups, dispatch });
                     Ok(Some(Item::Plain(Plain { label: &decl.name, work, query: query(shared) })))
                 }
-                Some(Work::Closure(record)) => Ok(Some(Item::Closure(ClosureItem { decl, record, query: query(shared) }))),
-                Some(other) => match command(self.device(), frame, &other) {
-                    Some(command) => {
-                        let mut item = plain(super::record::Work::Command(Box::new(command)))?;
-                        if let Some(Item::Plain(plain)) = &mut item {
-                            plain.query = shared.queries.as_mut().and_then(|queries| queries.take_bare(step.start));
-                        }
-                        Ok(item)
-                    }
-                    None => Ok(None),
-                },
+                Some(Work::Closure(record)) => Ok(Some(Item::Closure(ClosureItem { decl, record, query: bare(shared) }))),
+                Some(other) => Ok(command(self.device(), frame, &other).map(|command| {
+                    let work = super::record::Work::Command(Box::new(command));
+                    Item::Plain(Plain { label: &decl.name, work, query: bare(shared) })
+                })),
                 None => Ok(None),
             },
         }

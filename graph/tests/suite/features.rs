@@ -2,7 +2,8 @@
 
 use crate::{Amount, executor, fill, kernel};
 use lightloom_graph::{
-    BufferDesc, ComputeShader, Graph, Handle, Initial, Load, PlanOptions, RasterShader, Subresources, Texture, TextureDesc,
+    BufferDesc, ComputeShader, Executor, Gpu, Graph, Handle, Initial, Load, PlanOptions, RasterShader, Subresources, Texture,
+    TextureDesc, TimingSource,
     wgpu::{self, TextureFormat},
 };
 
@@ -340,4 +341,28 @@ fn two_views_share_a_plan_and_keep_their_own_history() {
     assert_eq!(frame("left eye", 1.0), (1.0, false));
     assert_eq!(frame("right eye", 10.0), (10.0, true), "the structure is known");
     assert_eq!([frame("left eye", 1.0).0, frame("right eye", 10.0).0, frame("left eye", 1.0).0], [2.0, 20.0, 3.0]);
+}
+
+#[test]
+fn closures_and_copies_are_left_untimed_where_encoders_write_no_timestamps() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    if !gpu.adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        println!("SKIPPED: no timestamps");
+        return;
+    }
+    // WebGPU's own timestamps: around passes, and nowhere else.
+    let descriptor = wgpu::DeviceDescriptor { required_features: wgpu::Features::TIMESTAMP_QUERY, ..Default::default() };
+    let (device, queue) = pollster::block_on(gpu.adapter.request_device(&descriptor)).unwrap();
+    let mut executor = Executor::from_device(device, queue);
+    executor.set_timing_source(TimingSource::Timestamps);
+    let mut graph = Graph::new("portable");
+    let mut words = graph.buffer("words", BufferDesc::words(WORDS));
+    graph.clear_buffer(&mut words);
+    graph.compute(&fill()).params(&PARAMS).write("words", &mut words).dispatch_1d(64);
+    graph.closure("by hand").read(&words).side_effect().record(|_| Ok(()));
+    let read = graph.readback_buffer(&words);
+    let output = executor.execute(graph).unwrap();
+    assert_eq!(output.cast::<f32>(read)[0], 1.0);
+    let timed: Vec<bool> = output.passes.iter().map(|pass| pass.gpu_ms.is_some()).collect();
+    assert_eq!(timed, [false, true, false, false], "only the dispatch is a pass");
 }
