@@ -16,7 +16,7 @@ shader_struct! {
         pub normal: u32,
         /// Two half floats: length of the last segment (m), path probability.
         pub length_probability: u32,
-        /// Scatterings before this hit in the low byte, then [`PhotonFlags`].
+        /// Scatterings before this hit in the low byte, then [`PhotonFlags`], then a half float: see [`Photon::footprint_radius`].
         pub bounce_flags: u32,
     }
 }
@@ -30,6 +30,38 @@ impl PhotonFlags {
     pub const CAUSTIC: u32 = 0x100;
     /// The first scattering was specular and the light punctual: the eye cannot sample such paths.
     pub const LIGHT_ONLY: u32 = 0x200;
+    /// Some earlier scattering was glossy.
+    pub const GLOSSY: u32 = 0x400;
+    /// Some earlier scattering was diffuse.
+    pub const DIFFUSE: u32 = 0x800;
+}
+
+impl Photon {
+    /// Surfaces that scattered it before this one.
+    pub fn bounces(&self) -> u32 {
+        self.bounce_flags & 0xff
+    }
+
+    /// Radius of the disc that its beam lights here (m), from ray differentials [Igehy99]; 0 for photons that were scattered
+    /// other than specularly. Rounded to a half float.
+    ///
+    /// [Igehy99]: https://doi.org/10.1145/311535.311555 "Tracing ray differentials, Igehy, SIGGRAPH 1999"
+    pub fn footprint_radius(&self) -> f32 {
+        half_to_f32((self.bounce_flags >> 16) as u16)
+    }
+
+    /// Length of the last segment (m) and path probability ρ [MML13] Eq. 5, both rounded to half floats.
+    ///
+    /// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
+    pub fn length_and_probability(&self) -> [f32; 2] {
+        [half_to_f32(self.length_probability as u16), half_to_f32((self.length_probability >> 16) as u16)]
+    }
+}
+
+/// A half float that is finite and not negative.
+fn half_to_f32(bits: u16) -> f32 {
+    let (exponent, mantissa) = (i32::from(bits >> 10), f32::from(bits & 0x3ff));
+    if exponent == 0 { mantissa * 2.0_f32.powi(-24) } else { (1024.0 + mantissa) * 2.0_f32.powi(exponent - 25) }
 }
 
 shader_struct! {
@@ -41,8 +73,8 @@ shader_struct! {
         pub dropped: u32,
         /// Stored and dropped.
         pub total: u32,
-        /// Padding.
-        pub pad0: u32,
+        /// Records left out because no pixel could gather them; see [`DepositCull`](crate::DepositCull).
+        pub culled: u32,
         /// Flux in fixed point: emitted, absorbed, escaped, terminated; RGB; (low, high) words.
         pub ledger: [u32; 24],
     }
@@ -107,6 +139,11 @@ mod tests {
     }
 
     #[test]
+    fn halves_decode() {
+        assert_eq!([0x3c00, 0x3555, 0x7bff, 1].map(half_to_f32), [1.0, 0.333_251_95, 65504.0, 2.0_f32.powi(-24)]);
+    }
+
+    #[test]
     fn octahedral_axes_decode_to_unit_vectors() {
         assert_eq!(decode_octahedral(0), Vec3::Z);
         assert!((decode_octahedral(0x7fff) - Vec3::X).length() < 1e-4, "+x is the corner (1, 0)");
@@ -115,7 +152,7 @@ mod tests {
 
     #[test]
     fn ledgers_read_both_words() {
-        let mut state = PhotonState { stored: 0, dropped: 0, total: 0, pad0: 0, ledger: [0; 24] };
+        let mut state = PhotonState { stored: 0, dropped: 0, total: 0, culled: 0, ledger: [0; 24] };
         state.ledger[0] = 5;
         state.ledger[1] = 1;
         // Absorbed may be negative for a channel that roulette raises.

@@ -1,73 +1,59 @@
-//! Emission and tracing of a frame's photons, in batches short enough for any driver's watchdog.
+//! Emission and tracing of a frame's photons: a wavefront, bounce by bounce, in batches.
 //!
 //! ```text
-//! for each batch of ≤ 65,536:  photon_trace ─▶ staging, counts ─▶ prefix sum ─▶ photon_compact ─▶ records
-//!                                   └─▶ ledger                                     photon_advance ─▶ state
+//! for each batch of ≤ 65,536:   a PhotonSource ─▶ rays, paths
+//!     for each bounce:          trace_rays ─▶ hits ─▶ photon_scatter ─▶ staging, rays, paths ─▶ photon_scan, photon_compact ─┬─▶ records
+//!                                   ▲                                                                                         │
+//!                                   └────────────────────────── live paths, packed ◀──────────────────────────────────────────┘
 //! ```
 //!
-//! Each photon writes to places of its own and a scan packs them, so that the same seed gives the same photons in the
-//! same order whatever the threads' race; appending by an atomic counter would be one dispatch less and would not.
+//! A bounce is a pass of its own, so that rays can be traced by whatever the device has, threads that have no path left do not
+//! wait for those that have, and no dispatch runs long enough for a driver's watchdog. One kernel that follows a photon to its
+//! end was the alternative; it ties shading to one way of tracing, and its threads wait for the longest path.
 
+use crate::photon_compact::{PhotonCompact, Store};
+use crate::photon_path::{MAX_BATCH, PATH_BLOCK, PathBuffers, PhotonBatch, PhotonPath, PhotonSource, PhotonTally};
+use crate::photon_scatter::{BounceBuffers, PhotonScatter};
 use crate::scene::{SceneHandles, SceneInfo};
-use crate::scene_shader::SceneShader;
-use crate::{LightInfo, Photon, PhotonState, PrefixSum};
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, WgslSources, shader_struct};
+use crate::{DepositCull, Photon, PhotonEmit, PhotonState, Ray, RayHit, TraceRays};
+use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources};
 
-/// Photons a batch follows at most.
-const MAX_BATCH: u32 = 65_536;
-/// Records the staging buffer holds at most (32 B each): 64 MiB, half of what WebGPU lets a shader bind.
-const MAX_STAGING: u32 = 1 << 21;
-
-shader_struct! {
-    struct PhotonTraceParams {
-        lights: LightInfo,
-        emitted: u32,
-        first: u32,
-        count: u32,
-        seed: u32,
-        max_bounces: u32,
-        caustics_only: u32,
-        ledger_scale: f32,
-        pad0: u32,
-    }
-}
-
-shader_struct! {
-    struct PhotonCompactParams {
-        count: u32,
-        max_bounces: u32,
-        capacity: u32,
-        pad0: u32,
-    }
-}
-
-shader_struct! {
-    struct PhotonAdvanceParams {
-        count: u32,
-        capacity: u32,
-        pad0: u32,
-        pad1: u32,
-    }
-}
+/// Bytes that a path in flight takes: before and after compaction, its hit and the record it leaves.
+const BYTES_PER_PATH: u64 = 2 * (size_of::<Ray>() + size_of::<PhotonPath>()) as u64 + (size_of::<RayHit>() + size_of::<Photon>()) as u64;
+/// The paths in flight may take this part of the store.
+const STORE_SHARE: u64 = 11;
+/// A batch has at least this many paths, however small the store.
+const MIN_BATCH: u32 = 8192;
 
 /// How many photons, and how far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonSettings {
     /// Photons to emit from all lights together. More: less noise, in proportion more time.
     pub emitted: u32,
     /// Records the store holds; what does not fit is dropped and counted.
     pub capacity: u32,
-    /// Scatterings a photon may undergo before its last record.
+    /// Scatterings a photon may undergo before its last record; at most [`Self::MOST_BOUNCES`].
     pub max_bounces: u32,
     /// Seed; the same seed gives the same photons in the same order.
     pub seed: u32,
     /// Follow only paths whose first scattering is specular.
     pub caustics_only: bool,
+    /// Store only what a camera's pixels can gather; `None` stores all.
+    pub cull: Option<DepositCull>,
 }
 
 impl PhotonSettings {
-    /// Records for which a store is laid out when nothing else is said: two for each photon that can leave one, at most
-    /// what a default WebGPU binding of 128 MiB holds.
+    /// Largest number of scatterings: a record counts them in a byte.
+    pub const MOST_BOUNCES: u32 = 254;
+
+    /// `emitted` photons of up to `max_bounces` scatterings, all of them stored, with room for [`Self::default_capacity`].
+    pub fn new(emitted: u32, max_bounces: u32, seed: u32) -> Self {
+        let capacity = Self::default_capacity(emitted, max_bounces);
+        Self { emitted, capacity, max_bounces, seed, caustics_only: false, cull: None }
+    }
+
+    /// Records for which a store is laid out when nothing else is said: up to four for each photon, at most what a default WebGPU
+    /// binding of 128 MiB holds.
     pub fn default_capacity(emitted: u32, max_bounces: u32) -> u32 {
         let wanted = u64::from(emitted) * u64::from(max_bounces.clamp(1, 4));
         wanted.clamp(1, (128 << 20) / size_of::<Photon>() as u64) as u32
@@ -77,6 +63,13 @@ impl PhotonSettings {
     pub fn ledger_scale(&self, info: &SceneInfo) -> f32 {
         let power = info.total_power.max_element();
         if power > 0.0 { 1_048_576.0 * self.emitted as f32 / power } else { 1.0 }
+    }
+
+    /// Photons that are in flight at once: as many as leave the memory for them below a tenth of the store's.
+    fn batch(&self) -> u32 {
+        let store = u64::from(self.capacity) * size_of::<Photon>() as u64;
+        let paths = (store / STORE_SHARE / BYTES_PER_PATH).clamp(MIN_BATCH.into(), MAX_BATCH.into()) as u32;
+        paths / PATH_BLOCK * PATH_BLOCK
     }
 }
 
@@ -96,81 +89,100 @@ pub struct Photons {
 /// The passes.
 #[derive(Clone, Debug)]
 pub struct PhotonTracing {
-    trace: SceneShader,
-    compact: ComputeShader,
-    advance: ComputeShader,
-    prefix_sum: PrefixSum,
+    emit: PhotonEmit,
+    rays: TraceRays,
+    scatter: PhotonScatter,
+    compact: PhotonCompact,
 }
 
 impl PhotonTracing {
     /// Parses the shaders.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
         Ok(Self {
-            trace: SceneShader::new(sources, "passes/photon_trace.wgsl")?,
-            compact: ComputeShader::new(sources, "passes/photon_compact.wgsl")?,
-            advance: ComputeShader::new(sources, "passes/photon_advance.wgsl")?,
-            prefix_sum: PrefixSum::new(sources)?,
+            emit: PhotonEmit::new(sources)?,
+            rays: TraceRays::new(sources)?,
+            scatter: PhotonScatter::new(sources)?,
+            compact: PhotonCompact::new(sources)?,
         })
     }
 
-    /// Declares the passes.
+    /// Declares the passes for photons from the scene's lights.
     pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, settings: &PhotonSettings) -> Photons {
+        self.add_from(graph, scene, info, settings, &self.emit)
+    }
+
+    /// Declares the passes for photons from `source`.
+    pub fn add_from(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &SceneHandles,
+        info: &SceneInfo,
+        settings: &PhotonSettings,
+        source: &dyn PhotonSource,
+    ) -> Photons {
         let capacity = settings.capacity.max(1);
-        let max_bounces = settings.max_bounces.max(1);
-        let mut records = graph.buffer("photons", BufferDesc::array_of::<Photon>(u64::from(capacity)));
-        let mut state = graph.buffer("photon_state", BufferDesc::array_of::<PhotonState>(1));
-        let mut ledger = graph.buffer("photon_ledger", BufferDesc::words(24));
-        graph.clear_buffer(&mut state);
-        graph.clear_buffer(&mut ledger);
-        let batch = MAX_BATCH.min(MAX_STAGING / max_bounces).max(1);
+        let settings = PhotonSettings { capacity, max_bounces: settings.max_bounces.min(PhotonSettings::MOST_BOUNCES), ..*settings };
+        let mut store = Store {
+            records: graph.buffer("photons", BufferDesc::array_of::<Photon>(u64::from(capacity))),
+            state: graph.buffer("photon_state", BufferDesc::array_of::<PhotonState>(1)),
+            tally: graph.buffer("photon_tally", BufferDesc::array_of::<PhotonTally>(1)),
+            capacity,
+        };
+        graph.clear_buffer(&mut store.state);
+        graph.clear_buffer(&mut store.tally);
+        // Light that was not scattered is direct light: without scattering there is nothing to store.
         let emitted = if settings.max_bounces == 0 { 0 } else { settings.emitted };
         if emitted == 0 {
-            graph.clear_buffer(&mut records);
+            graph.clear_buffer(&mut store.records);
         }
-        let trace_shader = self.trace.variant(scene.traits);
         let mut first = 0;
         while first < emitted {
-            let count = batch.min(emitted - first);
-            let mut staging =
-                graph.buffer("photon_staging", BufferDesc::array_of::<Photon>(u64::from(batch) * u64::from(max_bounces)));
-            let mut counts = graph.buffer("photon_counts", BufferDesc::words(u64::from(batch)));
-            let mut offsets = graph.buffer("photon_offsets", BufferDesc::words(u64::from(batch) + 1));
-            let trace = PhotonTraceParams {
-                lights: info.into(),
-                emitted: settings.emitted,
-                first,
-                count,
-                seed: settings.seed,
-                max_bounces,
-                caustics_only: u32::from(settings.caustics_only),
-                ledger_scale: settings.ledger_scale(info),
-                pad0: 0,
-            };
-            scene
-                .bind(graph.compute(&trace_shader).params(&trace))
-                .write("staging", &mut staging)
-                .write("counts", &mut counts)
-                .write("ledger", &mut ledger)
-                .heavy()
-                .dispatch_1d(count);
-            self.prefix_sum.add(graph, &counts, &mut offsets, count);
-            graph
-                .compute(&self.compact)
-                .params(&PhotonCompactParams { count, max_bounces, capacity, pad0: 0 })
-                .read("staging", &staging)
-                .read("offsets", &offsets)
-                .read("state", &state)
-                .write("records", &mut records)
-                .dispatch_1d(count);
-            graph
-                .compute(&self.advance)
-                .params(&PhotonAdvanceParams { count, capacity, pad0: 0, pad1: 0 })
-                .read("offsets", &offsets)
-                .read("ledger", &ledger)
-                .write("state", &mut state)
-                .dispatch([1, 1, 1]);
+            let count = settings.batch().min(emitted - first);
+            let ledger_scale = settings.ledger_scale(info);
+            let batch = PhotonBatch { emitted: settings.emitted, first, count, seed: settings.seed, ledger_scale };
+            self.follow(graph, scene, info, &settings, source, batch, &mut store);
             first += count;
         }
-        Photons { records, state, capacity, emitted: settings.emitted }
+        Photons { records: store.records, state: store.state, capacity, emitted: settings.emitted }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "what a batch is made of")]
+    fn follow(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &SceneHandles,
+        info: &SceneInfo,
+        settings: &PhotonSettings,
+        source: &dyn PhotonSource,
+        batch: PhotonBatch,
+        store: &mut Store,
+    ) {
+        let mut paths = PathBuffers::new(graph, batch.count);
+        source.add(graph, scene, info, batch, &mut paths);
+        let places = batch.count.next_multiple_of(PATH_BLOCK);
+        for bounce in 0..=settings.max_bounces {
+            let hits = self.rays.add_live(graph, scene, &paths, places, bounce == 0);
+            let mut staging = graph.buffer("photon_staging", BufferDesc::array_of::<Photon>(u64::from(places)));
+            let buffers = BounceBuffers { hits: &hits, staging: &mut staging, tally: &mut store.tally };
+            self.scatter.add(graph, scene, info, settings, &mut paths, buffers);
+            let mut next = PathBuffers::new(graph, batch.count);
+            self.compact.add(graph, &paths, &staging, &mut next, store);
+            paths = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_in_flight_take_less_than_a_tenth_of_the_store() {
+        for capacity in [1_000_000, 3_000_000, 4_194_304] {
+            let batch = PhotonSettings { capacity, ..PhotonSettings::new(3_000_000, 3, 0) }.batch();
+            let bytes = u64::from(batch) * BYTES_PER_PATH;
+            assert!(bytes * 10 < u64::from(capacity) * 32 || batch == MIN_BATCH, "{capacity}: {batch} paths");
+            assert!(batch.is_multiple_of(PATH_BLOCK) && batch <= MAX_BATCH, "{batch}");
+        }
     }
 }

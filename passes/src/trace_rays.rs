@@ -1,5 +1,6 @@
 //! Any list of rays against the scene, for engines that bring rays of their own and for measuring the traversal.
 
+use crate::photon_path::PathBuffers;
 use crate::scene::SceneHandles;
 use crate::scene_shader::SceneShader;
 use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources, shader_struct};
@@ -18,7 +19,7 @@ shader_struct! {
     pub struct Ray {
         /// World (m).
         pub origin: [f32; 3],
-        /// Length in units of `direction`.
+        /// Length in units of `direction`; 0 or less: there is no ray here.
         pub t_max: f32,
         /// World; need not be unit.
         pub direction: [f32; 3],
@@ -65,6 +66,26 @@ impl TraceRays {
             .write("hits", &mut hits)
             .heavy()
             .dispatch_1d(count);
+        hits
+    }
+
+    /// Declares the pass over the live rays of `paths`, which has `places` places. `heavy` submits it by itself.
+    pub(crate) fn add_live(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &SceneHandles,
+        paths: &PathBuffers,
+        places: u32,
+        heavy: bool,
+    ) -> Handle<Buffer> {
+        let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(places)));
+        let params = TraceRaysParams { count: places, pad0: 0, pad1: 0, pad2: 0 };
+        let pass = scene
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .read("rays", &paths.rays)
+            .write("hits", &mut hits);
+        let pass = if heavy { pass.heavy() } else { pass };
+        pass.dispatch_indirect(&paths.live, 0);
         hits
     }
 }

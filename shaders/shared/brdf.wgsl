@@ -21,6 +21,8 @@ struct BrdfSample {
     weight: vec3f,
     // Per solid angle (sr⁻¹).
     pdf: f32,
+    // Drawn from the glossy lobe.
+    glossy: bool,
 }
 
 // GGX narrower than this (α = roughness²) is noise in every estimator that is not a mirror.
@@ -116,8 +118,9 @@ fn sample_visible_normal(wo: vec3f, alpha: f32, u: vec2f) -> vec3f {
 fn brdf_sample(brdf: Brdf, wo: vec3f, u: vec3f) -> BrdfSample {
     let frame = tangent_frame(brdf.normal);
     let p = brdf_glossy_probability(brdf, wo);
+    let glossy = SCENE_GLOSSY && u.z < p;
     var wi: vec3f;
-    if SCENE_GLOSSY && u.z < p {
+    if glossy {
         let local = wo * frame;
         let h = frame * sample_visible_normal(local, brdf_alpha(brdf), u.xy);
         wi = reflect(-wo, h);
@@ -125,9 +128,9 @@ fn brdf_sample(brdf: Brdf, wo: vec3f, u: vec3f) -> BrdfSample {
         wi = frame * sample_cosine_hemisphere(u.xy);
     }
     if brdf.lambert || !SCENE_GLOSSY {
-        return BrdfSample(wi, brdf.base_color, max(dot(brdf.normal, wi), 0.0) / PI);
+        return BrdfSample(wi, brdf.base_color, max(dot(brdf.normal, wi), 0.0) / PI, false);
     }
     let pdf = brdf_pdf(brdf, wi, wo);
     let weight = brdf_eval(brdf, wi, wo) * (dot(brdf.normal, wi) / max(pdf, 1.0e-20));
-    return BrdfSample(wi, select(vec3f(0.0), weight, pdf > 0.0), pdf);
+    return BrdfSample(wi, select(vec3f(0.0), weight, pdf > 0.0), pdf, glossy);
 }

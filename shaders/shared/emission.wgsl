@@ -10,6 +10,9 @@ struct Emitted {
     flux: vec3f,
     // The light is a point or a single direction, which paths from the eye cannot hit.
     delta: bool,
+    // The photon's share of the light: section (m²) and solid angle (sr) of its beam.
+    beam_area: f32,
+    beam_solid_angle: f32,
 }
 
 // Photon `index` of `count`. Lights are drawn by power, stratified by the index; position and direction follow a
@@ -21,7 +24,7 @@ fn emit_photon(index: u32, count: u32, seed: u32, info: LightInfo) -> Emitted {
     let share = 1.0 / (f32(count) * light.probability);
     switch light.kind {
         case LIGHT_POINT: {
-            return Emitted(light.position, sample_sphere(u.xy), light.intensity * (4.0 * PI * share), true);
+            return Emitted(light.position, sample_sphere(u.xy), light.intensity * (4.0 * PI * share), true, 0.0, 4.0 * PI * share);
         }
         case LIGHT_SPOT: {
             // Uniform over the outer cone; the falloff is in the flux.
@@ -31,7 +34,7 @@ fn emit_photon(index: u32, count: u32, seed: u32, info: LightInfo) -> Emitted {
             let local = vec3f(sin_theta * cos(phi), sin_theta * sin(phi), cos_theta);
             let solid_angle = 2.0 * PI * (1.0 - light.cos_outer);
             let flux = light.intensity * (spot_falloff(light, cos_theta) * solid_angle * share);
-            return Emitted(light.position, tangent_frame(light.direction) * local, flux, true);
+            return Emitted(light.position, tangent_frame(light.direction) * local, flux, true, 0.0, solid_angle * share);
         }
         case LIGHT_DIRECTIONAL: {
             // Over the disc of the scene's bounding sphere, from just outside it.
@@ -39,14 +42,14 @@ fn emit_photon(index: u32, count: u32, seed: u32, info: LightInfo) -> Emitted {
             let disc = sample_disc(u.xy) * info.bounds_radius;
             let origin = info.bounds_center + frame[0] * disc.x + frame[1] * disc.y
                 - light.direction * (1.001 * info.bounds_radius);
-            return Emitted(origin, light.direction, light.intensity * (light.area * share), true);
+            return Emitted(origin, light.direction, light.intensity * (light.area * share), true, light.area * share, 0.0);
         }
         default: {
             let bary = sample_triangle(u.xy);
             let position = light.position + light.edge1 * bary.x + light.edge2 * bary.y;
             let direction = tangent_frame(light.direction) * sample_cosine_hemisphere(u.zw);
             let flux = light_radiance(light, bary) * (PI * light.area * share);
-            return Emitted(offset_origin(position, light.direction), direction, flux, false);
+            return Emitted(offset_origin(position, light.direction), direction, flux, false, light.area * sqrt(share), PI * sqrt(share));
         }
     }
 }

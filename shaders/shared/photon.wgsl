@@ -13,7 +13,8 @@ struct Photon {
     normal: u32,
     // Two halves: length of the last segment (m), path probability ρ [MML13, Eq. 5].
     length_probability: u32,
-    // Bits 0–7: surfaces scattered at before this one. Then the PHOTON_… flags.
+    // Bits 0–7: surfaces scattered at before this one; 8–15: the PHOTON_… flags; 16–31: a half, the radius (m) of the disc that
+    // the photon's beam lights here, 0 after any scattering that was not specular.
     bounce_flags: u32,
 }
 
@@ -21,6 +22,16 @@ struct Photon {
 const PHOTON_CAUSTIC: u32 = 0x100u;
 // The first scattering was specular and the light is a point or a direction: the eye cannot sample such paths.
 const PHOTON_LIGHT_ONLY: u32 = 0x200u;
+// Some earlier scattering was glossy.
+const PHOTON_GLOSSY: u32 = 0x400u;
+// Some earlier scattering was diffuse.
+const PHOTON_DIFFUSE: u32 = 0x800u;
+// All flags of a record.
+const PHOTON_RECORD_FLAGS: u32 = 0xf00u;
+// Of a path on its way only: the light is a point or a direction.
+const PHOTON_DELTA: u32 = 0x1000u;
+// In place of bounce and flags: no record.
+const NO_RECORD: u32 = 0xffffffffu;
 
 // What the photons of one frame add up to.
 struct PhotonState {
@@ -30,7 +41,8 @@ struct PhotonState {
     dropped: u32,
     // Records of all batches so far, stored or not.
     total: u32,
-    pad0: u32,
+    // Records left out because no pixel could gather them.
+    culled: u32,
     // Flux in fixed point, 64 bits each as (low, high): emitted, absorbed, escaped, terminated; red, green, blue in each.
     ledger: array<u32, 24>,
 }
@@ -52,6 +64,19 @@ fn flux_encode(flux: vec3f, dither: vec3f) -> u32 {
 fn flux_decode(bits: u32) -> vec3f {
     let scale = ldexp(1.0, i32(bits >> 24u) - 136);
     return vec3f(f32(bits & 0xffu), f32((bits >> 8u) & 0xffu), f32((bits >> 16u) & 0xffu)) * scale;
+}
+
+// Packs a record. Lengths in m; `dither` in [0, 1)³ rounds the flux.
+fn photon_record(position: vec3f, flux: vec3f, dither: vec3f, direction: vec3f, normal: vec3f, ray_length: f32,
+    path_probability: f32, bounce_flags: u32, footprint_radius: f32) -> Photon {
+    return Photon(
+        position,
+        flux_encode(flux, dither),
+        octahedral_encode(direction),
+        octahedral_encode(normal),
+        pack2x16float(vec2f(min(ray_length, 65504.0), path_probability)),
+        bounce_flags | (pack2x16float(vec2f(min(footprint_radius, 65504.0), 0.0)) << 16u),
+    );
 }
 
 fn photon_path_probability(photon: Photon) -> f32 {

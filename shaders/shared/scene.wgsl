@@ -28,7 +28,8 @@ struct TriangleAttributes {
     uv2: vec2f,
     // Index into `lights`, 0xffffffff where the triangle does not emit.
     light: u32,
-    pad0: u32,
+    // Index into `bvh_triangles`.
+    leaf: u32,
 }
 
 // Where a texture lies among the texels of the scene and how it is looked up.

@@ -30,6 +30,11 @@ struct Surface {
     mirror: bool,
     // Index into `lights` when it emits, else NO_LIGHT.
     light: u32,
+    // Edges of the triangle (m) and how its interpolated normal changes along them, on the side of `brdf.normal`.
+    edge1: vec3f,
+    edge2: vec3f,
+    normal_edge1: vec3f,
+    normal_edge2: vec3f,
 }
 
 struct Scatter {
@@ -39,6 +44,8 @@ struct Scatter {
     // Per solid angle (sr⁻¹); 0 for a specular event.
     pdf: f32,
     specular: bool,
+    // Not specular, and drawn from the glossy lobe.
+    glossy: bool,
 }
 
 fn surface_at(hit: Hit, direction: vec3f) -> Surface {
@@ -53,8 +60,16 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.front = dot(geometric, direction) < 0.0;
     surface.normal_geometric = select(-geometric, geometric, surface.front);
 
-    var normal = normalize(octahedral_decode(attributes.normals.x) * (1.0 - hit.uv.x - hit.uv.y)
-        + octahedral_decode(attributes.normals.y) * hit.uv.x + octahedral_decode(attributes.normals.z) * hit.uv.y);
+    let normal0 = octahedral_decode(attributes.normals.x);
+    surface.edge1 = triangle.edge1;
+    surface.edge2 = triangle.edge2;
+    surface.normal_edge1 = octahedral_decode(attributes.normals.y) - normal0;
+    surface.normal_edge2 = octahedral_decode(attributes.normals.z) - normal0;
+    let interpolated = normal0 + surface.normal_edge1 * hit.uv.x + surface.normal_edge2 * hit.uv.y;
+    var normal = normalize(interpolated);
+    let to_unit = select(1.0, -1.0, dot(normal, direction) > 0.0) / length(interpolated);
+    surface.normal_edge1 = (surface.normal_edge1 - normal * dot(normal, surface.normal_edge1)) * to_unit;
+    surface.normal_edge2 = (surface.normal_edge2 - normal * dot(normal, surface.normal_edge2)) * to_unit;
     if SCENE_TEXTURES && material.normal_texture.first_texel != NO_TEXTURE {
         normal = mapped_normal(triangle, attributes, material, uv, normal);
     }
@@ -81,6 +96,20 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.absorption = material.absorption;
     surface.mirror = SCENE_GLOSSY && surface.brdf.metallic >= 0.95 && surface.brdf.roughness <= MIRROR_ROUGHNESS;
     return surface;
+}
+
+// Change of the interpolated normal along `step` (m, in the plane of the triangle); a normal map's own bumps are left out.
+fn surface_normal_derivative(surface: Surface, step: vec3f) -> vec3f {
+    let e11 = dot(surface.edge1, surface.edge1);
+    let e12 = dot(surface.edge1, surface.edge2);
+    let e22 = dot(surface.edge2, surface.edge2);
+    let s1 = dot(step, surface.edge1);
+    let s2 = dot(step, surface.edge2);
+    let det = e11 * e22 - e12 * e12;
+    if det <= 0.0 {
+        return vec3f(0.0);
+    }
+    return (surface.normal_edge1 * (s1 * e22 - s2 * e12) + surface.normal_edge2 * (s2 * e11 - s1 * e12)) / det;
 }
 
 // Tangent-space normal map; the tangent follows the texture coordinates of the triangle.
@@ -134,18 +163,18 @@ fn scatter_dielectric(surface: Surface, wo: vec3f, u: f32, radiance: bool) -> Sc
         let r = fresnel_dielectric(cos_o, surface.ior);
         let both = 2.0 * r / (1.0 + r);
         if u < both {
-            return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true);
+            return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true, false);
         }
-        return Scatter(-wo, surface.brdf.base_color, 0.0, true);
+        return Scatter(-wo, surface.brdf.base_color, 0.0, true, false);
     }
     if u < fresnel_dielectric(cos_o, eta) {
-        return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true);
+        return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true, false);
     }
     let sin2_t = (1.0 - cos_o * cos_o) / (eta * eta);
     let cos_t = sqrt(max(0.0, 1.0 - sin2_t));
     let transmitted = normalize(-wo / eta + normal * (cos_o / eta - cos_t));
     let scale = select(1.0, 1.0 / (eta * eta), radiance);
-    return Scatter(transmitted, surface.brdf.base_color * scale, 0.0, true);
+    return Scatter(transmitted, surface.brdf.base_color * scale, 0.0, true, false);
 }
 
 // Draws where light goes on, from four uniform numbers. `wo` points to where the path came from.
@@ -155,12 +184,12 @@ fn scatter(surface: Surface, wo: vec3f, u: vec4f, radiance: bool) -> Scatter {
     }
     if SCENE_GLOSSY && surface.mirror {
         let cos_o = dot(surface.brdf.normal, wo);
-        return Scatter(reflect(-wo, surface.brdf.normal), schlick(surface.brdf.base_color, cos_o), 0.0, true);
+        return Scatter(reflect(-wo, surface.brdf.normal), schlick(surface.brdf.base_color, cos_o), 0.0, true, false);
     }
     let drawn = brdf_sample(surface.brdf, wo, u.xyz);
     // Shading normals can send light through the surface: such directions are lost.
     let kept = dot(drawn.direction, surface.normal_geometric) > 0.0 && dot(wo, surface.normal_geometric) > 0.0;
-    return Scatter(drawn.direction, select(vec3f(0.0), drawn.weight, kept), drawn.pdf, false);
+    return Scatter(drawn.direction, select(vec3f(0.0), drawn.weight, kept), drawn.pdf, false, drawn.glossy);
 }
 
 // Origin for a ray that leaves the surface in `direction`.

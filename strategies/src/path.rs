@@ -13,7 +13,7 @@
 use crate::parameter::Assignment;
 use crate::{Estimate, FrameInputs, Parameter, Stats, Strategy, StrategyError};
 use lightloom_graph::{Graph, WgslSources};
-use lightloom_passes::{PathSettings, PathTrace, PhotonSettings, PhotonSplat, PhotonTracing};
+use lightloom_passes::{DepositCull, PathSettings, PathTrace, PhotonSettings, PhotonSplat, PhotonTracing};
 
 /// Light paths cost less than paths from the eye, since most end at their first, non-specular hit; caustics are noisier.
 const LIGHT_PATHS_PER_PIXEL: u32 = 4;
@@ -77,6 +77,7 @@ impl Strategy for Path {
                     max_bounces: frame.max_bounces,
                     seed: frame.seed,
                     caustics_only: true,
+                    cull: Some(DepositCull::new(frame.camera, 0.0)),
                 };
                 let photons = self.photons.add(graph, frame.scene, frame.info, &settings);
                 self.splat.add(graph, frame.scene, frame.info, frame.camera, &photons, frame.seed)

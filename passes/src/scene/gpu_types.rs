@@ -45,8 +45,8 @@ shader_struct! {
         pub uv2: [f32; 2],
         /// Index into the lights, or [`NONE`].
         pub light: u32,
-        /// Unused.
-        pub pad0: u32,
+        /// Index of the same triangle among those in leaf order.
+        pub leaf: u32,
     }
 }
 
@@ -180,9 +180,9 @@ impl BvhTriangle {
 }
 
 impl TriangleAttributes {
-    pub(crate) fn new(triangle: &Triangle, light: u32) -> Self {
+    pub(crate) fn new(triangle: &Triangle, light: u32, leaf: u32) -> Self {
         let [uv0, uv1, uv2] = triangle.uvs.map(|uv| uv.to_array());
-        Self { normals: triangle.normals_world.map(octahedral), material: triangle.material, uv0, uv1, uv2, light, pad0: 0 }
+        Self { normals: triangle.normals_world.map(octahedral), material: triangle.material, uv0, uv1, uv2, light, leaf }
     }
 }
 

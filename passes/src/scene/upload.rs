@@ -82,8 +82,16 @@ impl GpuScene {
             BvhTriangle::new(triangle, index, alpha, light_of(index as usize))
         });
         let bvh_triangles = to.array("bvh_triangles", in_leaf_order)?;
-        let in_scene_order =
-            scene.triangles.iter().enumerate().map(|(index, triangle)| TriangleAttributes::new(triangle, light_of(index)));
+        let mut leaf_of = vec![0; scene.triangles.len()];
+        for (leaf, &index) in bvh.leaf_order().iter().enumerate() {
+            leaf_of[index as usize] = leaf as u32;
+        }
+        let in_scene_order = scene
+            .triangles
+            .iter()
+            .zip(leaf_of)
+            .enumerate()
+            .map(|(index, (triangle, leaf))| TriangleAttributes::new(triangle, light_of(index), leaf));
         let triangles = to.array("triangles", in_scene_order)?;
         let materials =
             scene.materials.iter().map(|material| Material::new(material, |using| pages.slot(&scene.textures, using)));

@@ -100,6 +100,7 @@ impl Settings {
             max_bounces: self.bounces,
             seed: self.frame_seed(frame_index),
             caustics_only: false,
+            cull: None,
         }
     }
 

@@ -2,7 +2,10 @@
 
 use lightloom_graph::{Field, ShaderStruct};
 use lightloom_passes::scene::{bvh, gpu_types};
-use lightloom_passes::{CameraUniform, LightInfo, Photon, PhotonFlags, PhotonState, Ray, RayHit, shaders};
+use lightloom_passes::{
+    CameraUniform, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonPath, PhotonState, Ray, RayHit,
+    shaders,
+};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, TypeInner};
 use std::collections::BTreeSet;
@@ -78,15 +81,20 @@ fn compare<T: ShaderStruct>(module: &Module, wgsl: &str) {
 
 #[test]
 fn structs_lie_alike_in_rust_and_wgsl() {
-    let trace = module("passes/photon_trace.wgsl");
-    compare::<gpu_types::BvhTriangle>(&trace, "BvhTriangle");
-    compare::<gpu_types::TriangleAttributes>(&trace, "TriangleAttributes");
-    compare::<gpu_types::TextureSlot>(&trace, "TextureSlot");
-    compare::<gpu_types::Material>(&trace, "Material");
-    compare::<gpu_types::Light>(&trace, "Light");
-    compare::<LightInfo>(&trace, "LightInfo");
-    compare::<Photon>(&trace, "Photon");
-    compare::<PhotonState>(&module("passes/photon_compact.wgsl"), "PhotonState");
+    let scatter = module("passes/photon_scatter.wgsl");
+    compare::<gpu_types::BvhTriangle>(&scatter, "BvhTriangle");
+    compare::<gpu_types::TriangleAttributes>(&scatter, "TriangleAttributes");
+    compare::<gpu_types::TextureSlot>(&scatter, "TextureSlot");
+    compare::<gpu_types::Material>(&scatter, "Material");
+    compare::<Photon>(&scatter, "Photon");
+    compare::<PhotonPath>(&scatter, "PhotonPath");
+    compare::<PackedDifferential>(&scatter, "PackedDifferential");
+    compare::<DepositCull>(&scatter, "DepositCull");
+    let emit = module("passes/photon_emit.wgsl");
+    compare::<gpu_types::Light>(&emit, "Light");
+    compare::<LightInfo>(&emit, "LightInfo");
+    compare::<LivePaths>(&emit, "LivePaths");
+    compare::<PhotonState>(&module("passes/photon_scan.wgsl"), "PhotonState");
     compare::<CameraUniform>(&module("passes/direct.wgsl"), "Camera");
     let rays = module("passes/trace_rays.wgsl");
     compare::<Ray>(&rays, "Ray");
@@ -107,9 +115,10 @@ fn constant(module: &Module, name: &str) -> u32 {
 
 #[test]
 fn constants_are_alike_in_rust_and_wgsl() {
-    let trace = module("passes/photon_trace.wgsl");
-    let expect = |name: &str, value: u32| assert_eq!(constant(&trace, name), value, "`{name}`: left WGSL, right Rust");
-    expect("TRAVERSAL_STACK_SIZE", bvh::MAX_DEPTH);
+    let [rays, emit, scatter] = ["trace_rays", "photon_emit", "photon_scatter"].map(|name| module(&format!("passes/{name}.wgsl")));
+    let check = |module, name: &str, value: u32| assert_eq!(constant(module, name), value, "`{name}`: left WGSL, right Rust");
+    check(&rays, "TRAVERSAL_STACK_SIZE", bvh::MAX_DEPTH);
+    let expect = |name: &str, value: u32| check(&scatter, name, value);
     expect("ALPHA_TESTED", gpu_types::ALPHA_TESTED);
     expect("NO_HIT", RayHit::NONE);
     expect("NO_LIGHT", gpu_types::NONE);
@@ -117,6 +126,9 @@ fn constants_are_alike_in_rust_and_wgsl() {
     expect("MATERIAL_LAMBERT", gpu_types::MATERIAL_LAMBERT);
     expect("PHOTON_CAUSTIC", PhotonFlags::CAUSTIC);
     expect("PHOTON_LIGHT_ONLY", PhotonFlags::LIGHT_ONLY);
+    expect("PHOTON_GLOSSY", PhotonFlags::GLOSSY);
+    expect("PHOTON_DIFFUSE", PhotonFlags::DIFFUSE);
+    let expect = |name: &str, value: u32| check(&emit, name, value);
     expect("LIGHT_POINT", gpu_types::LightKind::Point as u32);
     expect("LIGHT_SPOT", gpu_types::LightKind::Spot as u32);
     expect("LIGHT_DIRECTIONAL", gpu_types::LightKind::Directional as u32);

@@ -1,0 +1,19 @@
+// Rays and what they met, as they lie in buffers.
+
+struct Ray {
+    // World (m).
+    origin: vec3f,
+    // Length in units of `direction`; 0 or less: there is no ray here.
+    t_max: f32,
+    direction: vec3f,
+    pad0: u32,
+}
+
+struct RayHit {
+    // In units of the ray's direction; its t_max on a miss.
+    t: f32,
+    // Triangle of the scene, 0xffffffff: none.
+    triangle: u32,
+    // Barycentric weights of the second and third corner.
+    bary: vec2f,
+}
