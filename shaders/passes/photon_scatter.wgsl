@@ -150,8 +150,10 @@ fn photon_scatter(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_
         }
         if record.bounce_flags != NO_RECORD {
             atomicAdd(&block_stored, 1u);
+            staging[i] = record;
+        } else {
+            staging[i].bounce_flags = NO_RECORD;
         }
-        staging[i] = record;
     } else {
         staging[i].bounce_flags = NO_RECORD;
     }
