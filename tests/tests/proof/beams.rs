@@ -68,14 +68,14 @@ fn horizontal(y: f32, half: f32, up: bool, material: u32) -> [Triangle; 2] {
 fn a_pane_narrows_a_cone_as_snell_says() {
     const EMITTED: u32 = 40_000;
     const IOR: f64 = 1.5;
-    const THICKNESS: f64 = 0.4;
+    const THICKNESS: f64 = 1.6;
     /// Of the path from the light to the floor outside the pane (m).
-    const AIR: f64 = 1.6;
-    let half_angle = 0.6_f64;
+    const AIR: f64 = 0.4;
+    let half_angle = 0.9_f64;
     let Some(mut lab) = Lab::open() else { return };
     let scene = Scene {
         name: "pane".into(),
-        triangles: [horizontal(0.0, 5.0, true, 0), horizontal(1.0, 5.0, true, 1), horizontal(0.6, 5.0, false, 1)].concat(),
+        triangles: [horizontal(0.0, 5.0, true, 0), horizontal(1.8, 5.0, true, 1), horizontal(0.2, 5.0, false, 1)].concat(),
         materials: vec![Material::lambert("floor", Vec3::splat(0.5)), Material::glass("pane", IOR as f32, THICKNESS as f32)],
         lights: vec![Light::Spot {
             position_world: Vec3::new(0.0, 2.0, 0.0),
