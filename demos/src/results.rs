@@ -119,6 +119,8 @@ pub struct PhotonCounts {
     pub stored: u64,
     /// Records that found the buffer full.
     pub dropped: u64,
+    /// Records left out because no pixel could gather them.
+    pub culled: u64,
 }
 
 /// Where the emitted flux went, per linear RGB channel; the mean over the frames (W).

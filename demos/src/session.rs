@@ -282,7 +282,12 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
             peak_live_bytes: memory.peak_live_bytes,
             pooled_bytes: memory.pooled_bytes,
         },
-        photons: PhotonCounts { emitted: photons.emitted, stored: photons.stored, dropped: photons.dropped },
+        photons: PhotonCounts {
+            emitted: photons.emitted,
+            stored: photons.stored,
+            dropped: photons.dropped,
+            culled: photons.culled,
+        },
         flux: Flux {
             emitted: photons.flux.emitted,
             absorbed: photons.flux.absorbed,

@@ -18,12 +18,14 @@ use crate::scene::{SceneHandles, SceneInfo};
 use crate::{DepositCull, Photon, PhotonEmit, PhotonState, Ray, RayHit, TraceRays};
 use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources};
 
-/// Bytes that a path in flight takes: before and after compaction, its hit and the record it leaves.
-const BYTES_PER_PATH: u64 = 2 * (size_of::<Ray>() + size_of::<PhotonPath>()) as u64 + (size_of::<RayHit>() + size_of::<Photon>()) as u64;
+/// Bytes that a path in flight takes: ray and path before and after compaction, its hit and the record it leaves, and half as
+/// much again, for buffers that a pass reads share no memory with those it writes.
+const BYTES_PER_PATH: u64 =
+    3 * (2 * (size_of::<Ray>() + size_of::<PhotonPath>()) + size_of::<RayHit>() + size_of::<Photon>()) as u64 / 2;
 /// The paths in flight may take this part of the store.
 const STORE_SHARE: u64 = 11;
 /// A batch has at least this many paths, however small the store.
-const MIN_BATCH: u32 = 8192;
+const MIN_BATCH: u32 = 4096;
 
 /// How many photons, and how far.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +123,8 @@ impl PhotonTracing {
         source: &dyn PhotonSource,
     ) -> Photons {
         let capacity = settings.capacity.max(1);
-        let settings = PhotonSettings { capacity, max_bounces: settings.max_bounces.min(PhotonSettings::MOST_BOUNCES), ..*settings };
+        let settings =
+            PhotonSettings { capacity, max_bounces: settings.max_bounces.min(PhotonSettings::MOST_BOUNCES), ..*settings };
         let mut store = Store {
             records: graph.buffer("photons", BufferDesc::array_of::<Photon>(u64::from(capacity))),
             state: graph.buffer("photon_state", BufferDesc::array_of::<PhotonState>(1)),

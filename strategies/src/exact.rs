@@ -21,6 +21,7 @@ use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Strategy, StrategyEr
 use lightloom_graph::wgpu::Limits;
 use lightloom_graph::{BufferDesc, ComputeShader, Graph, WgslSources, shader_struct};
 use lightloom_passes::radiance_desc;
+use lightloom_passes::scene::SceneInfo;
 
 /// Pairs of pixel and photon in one dispatch.
 const PAIRS_PER_DISPATCH: u64 = 1 << 28;
@@ -91,6 +92,10 @@ impl Strategy for Exact {
 
     fn description(&self) -> &'static str {
         "every photon at every pixel: slow, the oracle of the others; biased by its radius, consistent"
+    }
+
+    fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        self.config.radius.reach_m(info, emitted)
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {

@@ -152,6 +152,10 @@ impl Strategy for HashGrid {
         "photons in a hashed grid of cells, eight cells gathered per pixel [MML13]; biased by its radius, consistent"
     }
 
+    fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        self.config.radius.reach_m(info, emitted)
+    }
+
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;

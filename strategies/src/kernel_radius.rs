@@ -68,6 +68,11 @@ impl KernelRadius {
         Ok(Radii { r_min_m, r_max_m })
     }
 
+    /// The largest radius (m), of radii that can be resolved.
+    pub(crate) fn reach_m(&self, scene: &SceneInfo, emitted: u32) -> Option<f32> {
+        self.resolve(scene, emitted).ok().map(|radii| radii.r_max_m)
+    }
+
     /// Sets `r_min`, `r_max` or `radius` (both); `false` if the key is another.
     pub(crate) fn set(&mut self, assignment: &Assignment<'_>) -> Result<bool, StrategyError> {
         let both = match assignment.key {

@@ -26,6 +26,12 @@ pub trait Strategy {
         true
     }
 
+    /// Largest distance (m) over which it gathers a photon in a frame of `emitted` of them. With it the pipeline stores only photons
+    /// that some pixel can gather; `None` keeps all.
+    fn reach_m(&self, _info: &SceneInfo, _emitted: u32) -> Option<f32> {
+        None
+    }
+
     /// Declares one frame's passes; runs nothing.
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError>;
 

@@ -20,6 +20,7 @@ use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, SortLists};
 use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{CameraUniform, Photons, PrefixSum, radiance_desc};
 
 /// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
@@ -209,6 +210,10 @@ impl Strategy for Tiled {
 
     fn description(&self) -> &'static str {
         "photons in 8 × 8 pixel tiles, gathered through workgroup memory [MML13]; biased by its radius, consistent"
+    }
+
+    fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        self.config.radius.reach_m(info, emitted)
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {

@@ -5,7 +5,7 @@ use crate::surface_layers::SurfaceImages;
 use crate::{FrameInputs, Stats, StrategyError};
 use lightloom_graph::{Graph, Handle, Texture};
 use lightloom_passes::scene::{SceneHandles, SceneInfo};
-use lightloom_passes::{CameraUniform, DirectSettings, GBuffer, PathSettings, Photons};
+use lightloom_passes::{CameraUniform, DepositCull, DirectSettings, GBuffer, PathSettings, Photons};
 
 /// What a frame is declared from.
 #[derive(Clone, Copy, Debug)]
@@ -90,8 +90,11 @@ impl Pipeline {
             self.gbuffer.add(graph, scene, camera, &visibility)
         });
         let surfaces = self.surface.add(graph, camera, &gbuffer);
-        let photons =
-            self.strategy.uses_photons().then(|| self.photons.add(graph, scene, info, &settings.photon_settings(frame_index)));
+        let photons = self.strategy.uses_photons().then(|| {
+            let mut wanted = settings.photon_settings(frame_index);
+            wanted.cull = self.strategy.reach_m(info, wanted.emitted).map(|reach_m| DepositCull::new(camera, reach_m));
+            self.photons.add(graph, scene, info, &wanted)
+        });
 
         let inputs = FrameInputs {
             scene,

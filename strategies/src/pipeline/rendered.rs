@@ -42,6 +42,7 @@ impl Rendered {
         report.emitted += u64::from(emitted);
         report.stored += u64::from(state.stored);
         report.dropped += u64::from(state.dropped);
+        report.culled += u64::from(state.culled);
         let ledger = state.flux_ledger();
         let rows = [
             (ledger.emitted, &mut report.ledger.emitted, &mut report.flux.emitted),
@@ -121,6 +122,8 @@ pub struct PhotonReport {
     pub stored: u64,
     /// Records that found no room.
     pub dropped: u64,
+    /// Records left out because no pixel could gather them.
+    pub culled: u64,
     /// Where the flux went, per frame (W).
     pub flux: Flux,
     /// The same in fixed point, summed over the frames: balances to the last bit.

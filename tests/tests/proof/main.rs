@@ -13,4 +13,5 @@ mod plane;
 mod references;
 mod shaders;
 mod sharing;
+mod store;
 mod traversal;

@@ -3,8 +3,8 @@
 use lightloom_graph::{Field, ShaderStruct};
 use lightloom_passes::scene::{bvh, gpu_types};
 use lightloom_passes::{
-    CameraUniform, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonPath, PhotonState, Ray, RayHit,
-    shaders,
+    CameraUniform, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonPath, PhotonState, Ray,
+    RayHit, shaders,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, TypeInner};
@@ -115,7 +115,8 @@ fn constant(module: &Module, name: &str) -> u32 {
 
 #[test]
 fn constants_are_alike_in_rust_and_wgsl() {
-    let [rays, emit, scatter] = ["trace_rays", "photon_emit", "photon_scatter"].map(|name| module(&format!("passes/{name}.wgsl")));
+    let [rays, emit, scatter] =
+        ["trace_rays", "photon_emit", "photon_scatter"].map(|name| module(&format!("passes/{name}.wgsl")));
     let check = |module, name: &str, value: u32| assert_eq!(constant(module, name), value, "`{name}`: left WGSL, right Rust");
     check(&rays, "TRAVERSAL_STACK_SIZE", bvh::MAX_DEPTH);
     let expect = |name: &str, value: u32| check(&scatter, name, value);
