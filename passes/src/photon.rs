@@ -140,7 +140,8 @@ mod tests {
 
     #[test]
     fn halves_decode() {
-        assert_eq!([0x3c00, 0x3555, 0x7bff, 1].map(half_to_f32), [1.0, 0.333_251_95, 65504.0, 2.0_f32.powi(-24)]);
+        let expected = [1.0, 0.333_251_95, 65504.0, 2.0_f32.powi(-24)];
+        assert_eq!([0x3c00, 0x3555, 0x7bff, 1].map(|bits| half_to_f32(bits).to_bits()), expected.map(f32::to_bits));
     }
 
     #[test]

@@ -44,7 +44,7 @@ impl PhotonScatter {
         info: &SceneInfo,
         settings: &PhotonSettings,
         paths: &mut PathBuffers,
-        bounce: BounceBuffers<'_>,
+        bounce: &mut BounceBuffers<'_>,
     ) {
         let params = PhotonScatterParams {
             cull: settings.cull.unwrap_or_else(DepositCull::nothing),

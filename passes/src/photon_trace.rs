@@ -166,8 +166,8 @@ impl PhotonTracing {
         for bounce in 0..=settings.max_bounces {
             let hits = self.rays.add_live(graph, scene, &paths, places, bounce == 0);
             let mut staging = graph.buffer("photon_staging", BufferDesc::array_of::<Photon>(u64::from(places)));
-            let buffers = BounceBuffers { hits: &hits, staging: &mut staging, tally: &mut store.tally };
-            self.scatter.add(graph, scene, info, settings, &mut paths, buffers);
+            let mut buffers = BounceBuffers { hits: &hits, staging: &mut staging, tally: &mut store.tally };
+            self.scatter.add(graph, scene, info, settings, &mut paths, &mut buffers);
             let mut next = PathBuffers::new(graph, batch.count);
             self.compact.add(graph, &paths, &staging, &mut next, store);
             paths = next;
