@@ -17,8 +17,8 @@
 //! Rejected: one arena with a barrier by hand, which wgpu has not; one arena per usage, since most buffers are first written
 //! and then read.
 
-use super::{ALIGN, Item, Lot, SlotKind, bytes, pack, pool};
-use crate::declaration::{Access, Declaration, PassKind, ResourceKind};
+use super::{ALIGN, Item, Lots, SlotKind, pack};
+use crate::declaration::{Access, Declaration, PassKind};
 use std::ops::Range;
 
 /// No arena is larger (bytes): `max_buffer_size` of `WebGPU`'s default limits.
@@ -31,7 +31,6 @@ const MOST_ARENAS: usize = 8;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Use {
     #[default]
-    No,
     Read,
     /// In a shader.
     Write,
@@ -49,118 +48,136 @@ impl Use {
     }
 }
 
-/// Places all buffers among `items`: in arenas, or in objects of equal size where those take less.
-pub(super) fn buffers<'a>(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], items: &'a [Item]) -> Vec<Lot<'a>> {
-    let is_buffer = |item: &&Item| matches!(declaration.resources[item.resource].kind, ResourceKind::Buffer(_));
-    let buffers: Vec<&Item> = items.iter().filter(is_buffer).collect();
-    if buffers.is_empty() {
-        return Vec::new();
+/// Which buffers lie in which arena.
+#[derive(Debug, Default)]
+pub(super) struct Colours {
+    /// Items of each, by time of first use.
+    pub(super) members: Vec<Vec<u32>>,
+    /// Items that lie in none.
+    pub(super) apart: Vec<u32>,
+}
+
+impl Colours {
+    pub(super) fn new(
+        declaration: &Declaration,
+        order: &[usize],
+        steps: &[Range<usize>],
+        items: &[Item],
+        buffers: &[u32],
+    ) -> Self {
+        let uses = Uses::new(declaration, order, steps, items, buffers);
+        // Step to the arenas, as bits, that are used there in each of the three ways.
+        let mut states = vec![[0_u8; 3]; steps.len()];
+        let mut colours = Self::default();
+        for (index, &buffer) in buffers.iter().enumerate() {
+            let bytes = items[buffer as usize].bytes;
+            if uses.by_closure[index] || bytes == 0 || bytes > LARGEST_ARENA {
+                colours.apart.push(buffer);
+                continue;
+            }
+            let uses = uses.of(index);
+            let others = |states: [u8; 3], how: Use| (0..3).filter(|&other| other != how as usize).fold(0, |all, at| all | states[at]);
+            let taken = uses.iter().fold(0, |taken, &(step, how)| taken | others(states[step as usize], how));
+            let colour = taken.trailing_ones() as usize;
+            if colour == MOST_ARENAS {
+                colours.apart.push(buffer);
+                continue;
+            }
+            if colour == colours.members.len() {
+                colours.members.push(Vec::with_capacity(buffers.len()));
+            }
+            for &(step, how) in uses {
+                states[step as usize][how as usize] |= 1 << colour;
+            }
+            colours.members[colour].push(buffer);
+        }
+        colours
     }
-    let uses = Uses::new(declaration, order, steps, &buffers);
-    let mut colours: Vec<Vec<Use>> = Vec::new();
-    let mut members: Vec<Vec<&Item>> = Vec::new();
-    let mut whole: Vec<&Item> = Vec::new();
-    for (index, &item) in buffers.iter().enumerate() {
-        if uses.by_closure[index] || item.bytes == 0 || item.bytes > LARGEST_ARENA {
-            whole.push(item);
-            continue;
-        }
-        let uses = uses.of(index);
-        let fits = |states: &Vec<Use>| uses.iter().all(|&(step, how)| [Use::No, how].contains(&states[step as usize]));
-        let colour = colours.iter().position(fits).unwrap_or(colours.len());
-        if colour == MOST_ARENAS {
-            whole.push(item);
-            continue;
-        }
-        if colour == colours.len() {
-            colours.push(vec![Use::No; steps.len()]);
-            members.push(Vec::new());
-        }
-        for &(step, how) in uses {
-            colours[colour][step as usize] = how;
-        }
-        members[colour].push(item);
-    }
-    let mut in_arenas: Vec<Lot<'_>> = members.into_iter().flat_map(arenas).collect();
-    in_arenas.extend(pool::buffers(whole.into_iter()));
-    let objects = pool::buffers(buffers.into_iter());
-    if bytes(&in_arenas) <= bytes(&objects) { in_arenas } else { objects }
 }
 
 /// Packs buffers of one colour into one arena, or into more where one would be too large.
-fn arenas(mut items: Vec<&Item>) -> Vec<Lot<'_>> {
-    let mut lots = Vec::new();
-    while !items.is_empty() {
-        let blocks: Vec<pack::Block> = items.iter().map(|item| item.block(item.bytes, ALIGN)).collect();
-        let mut lot = Lot { kind: SlotKind::Arena, bytes: 0, members: Vec::with_capacity(items.len()) };
-        let mut left = Vec::new();
-        for (item, offset) in items.into_iter().zip(pack::pack(&blocks, u64::MAX).offsets) {
-            let end = offset.saturating_add(item.bytes);
-            if end <= LARGEST_ARENA {
-                lot.bytes = lot.bytes.max(end);
-                lot.members.push((item, offset));
-            } else {
-                left.push(item);
+pub(super) fn pack(items: &[Item], members: &[u32], lots: &mut Lots) {
+    let mut members = members.to_vec();
+    while !members.is_empty() {
+        let blocks: Vec<pack::Block> = members
+            .iter()
+            .map(|&member| {
+                let item = &items[member as usize];
+                item.block(item.bytes, ALIGN)
+            })
+            .collect();
+        let packing = pack::pack(&blocks, u64::MAX);
+        let mut places = packing.offsets.iter().zip(&blocks);
+        let arena = lots.open(SlotKind::Arena, 0);
+        let mut height = 0;
+        members.retain(|&member| {
+            let Some((&offset, block)) = places.next() else { return false };
+            let end = offset.saturating_add(block.bytes);
+            let fits = end <= LARGEST_ARENA;
+            if fits {
+                height = height.max(end);
+                lots.put(member, arena, offset);
             }
-        }
-        lots.push(lot);
-        items = left;
+            !fits
+        });
+        lots.slots[arena as usize].1 = height;
     }
-    lots
 }
 
 /// Per buffer: the steps that use it, and how.
 #[derive(Debug)]
 struct Uses {
-    starts: Vec<usize>,
+    starts: Vec<u32>,
     found: Vec<(u32, Use)>,
     by_closure: Vec<bool>,
 }
 
 impl Uses {
-    fn new(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], buffers: &[&Item]) -> Self {
-        let mut index_of = vec![u32::MAX; declaration.resources.len()];
-        for (index, item) in buffers.iter().enumerate() {
-            index_of[item.resource] = index as u32;
+    fn new(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], items: &[Item], buffers: &[u32]) -> Self {
+        const NONE: u32 = u32::MAX;
+        // Per resource: which of the buffers it is, and the last of `found` about it.
+        let mut known = vec![(NONE, NONE); declaration.resources.len()];
+        for (index, &buffer) in (0..).zip(buffers) {
+            known[items[buffer as usize].resource].0 = index;
         }
         let mut by_closure = vec![false; buffers.len()];
-        let mut found: Vec<(u32, u32, Use)> = Vec::new();
-        for (step, positions) in steps.iter().enumerate() {
-            let before = found.len();
+        let mut found: Vec<(u32, u32, Use)> = Vec::with_capacity(4 * buffers.len());
+        let mut starts = vec![0_u32; buffers.len() + 2];
+        for (step, positions) in (0..).zip(steps) {
             for pass in order[positions.clone()].iter().map(|&pass| &declaration.passes[pass]) {
                 for access in &pass.accesses {
-                    let index = index_of[access.resource];
-                    if index == u32::MAX {
+                    let (index, last) = &mut known[access.resource];
+                    if *index == NONE {
                         continue;
                     }
-                    by_closure[index as usize] |= pass.kind == PassKind::Closure;
+                    by_closure[*index as usize] |= pass.kind == PassKind::Closure;
                     // Several uses by one step: what it writes, it writes.
-                    match found[before..].iter_mut().find(|(other, ..)| *other == index) {
+                    match found.get_mut(*last as usize).filter(|(_, before, _)| *before == step) {
                         Some((_, _, how)) if *how == Use::Read => *how = Use::of(access),
                         Some(_) => {}
-                        None => found.push((index, step as u32, Use::of(access))),
+                        None => {
+                            *last = found.len() as u32;
+                            found.push((*index, step, Use::of(access)));
+                            starts[*index as usize + 2] += 1;
+                        }
                     }
                 }
             }
         }
-        let mut starts = vec![0; buffers.len() + 2];
-        for (index, ..) in &found {
-            starts[*index as usize + 2] += 1;
-        }
         for at in 2..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut by_buffer = vec![(0, Use::No); found.len()];
+        let mut by_buffer = vec![(0, Use::Read); found.len()];
         for (index, step, how) in found {
             let at = &mut starts[index as usize + 1];
-            by_buffer[*at] = (step, how);
+            by_buffer[*at as usize] = (step, how);
             *at += 1;
         }
         Self { starts, found: by_buffer, by_closure }
     }
 
     fn of(&self, index: usize) -> &[(u32, Use)] {
-        &self.found[self.starts[index]..self.starts[index + 1]]
+        &self.found[self.starts[index] as usize..self.starts[index + 1] as usize]
     }
 }
 
