@@ -132,7 +132,7 @@ pub struct Memory {
     pub unshared_bytes: u64,
     /// The most in use at once in recorded order: there, no way of placing needs less.
     pub peak_live_bytes: u64,
-    /// The most in use at once in the plan's order.
+    /// The most in use at once in the plan's order; another way of placing may take another order, and less.
     pub ordered_peak_live_bytes: u64,
     /// In a pool of objects with merged descriptions, and arenas for buffers.
     pub pooled_bytes: u64,
@@ -173,9 +173,8 @@ pub fn plan_with_needs(
     let edges = dependencies::dependencies(declaration, &cells, |pass| live[pass]);
     let units = merge::merge(declaration, &live);
     let orders = order::Orders::new(declaration, &units, &edges);
-    let recorded = orders
-        .recorded()
-        .map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
+    let recorded =
+        orders.recorded().map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
     // The recorded order, then the one for memory if it is another.
     let mut timelines = vec![Timeline::new(declaration, &units, &recorded)];
     let recorded_peak = timelines[0].peak();
@@ -188,13 +187,12 @@ pub fn plan_with_needs(
         let Timeline { lifetimes, steps, .. } = &timelines[0];
         merge::transient_attachments(declaration, lifetimes, steps, &mut usages);
     }
-    let items: Vec<Vec<place::Item>> =
-        timelines.iter().map(|timeline| place::items(declaration, &timeline.lifetimes, &usages)).collect();
+    let items: Vec<Vec<place::Item>> = timelines.iter().map(|timeline| place::items(declaration, timeline, &usages)).collect();
     let last = timelines.len() - 1;
     let wants = |sharing| options.sharing == sharing || !options.only_own_bytes;
     let merged = wants(Sharing::Merged).then(|| {
-        let drafts = timelines.iter().zip(&items);
-        place::least(drafts.map(|(timeline, items)| place::Draft::new(declaration, &timeline.order, &timeline.steps, items)))
+        let uses = place::Uses::new(declaration, &units);
+        place::least(items.iter().map(|items| place::Draft::new(declaration, &uses, items)))
     });
     let heaps = wants(Sharing::Placed).then(|| (last, place::heaps(declaration, &items[last], needs, recorded_peak)));
     let mut memory = Memory {
@@ -207,7 +205,9 @@ pub fn plan_with_needs(
     };
     let (which, lots) = match options.sharing {
         Sharing::Off => None,
-        Sharing::Exact => (0..).zip(&items).map(|(at, items)| (at, place::exact(declaration, items))).min_by_key(|(_, lots)| lots.bytes()),
+        Sharing::Exact => {
+            (0..).zip(&items).map(|(at, items)| (at, place::exact(declaration, items))).min_by_key(|(_, lots)| lots.bytes())
+        }
         Sharing::Merged => merged,
         Sharing::Placed => heaps,
     }

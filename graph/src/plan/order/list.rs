@@ -88,7 +88,10 @@ pub(super) fn schedule(model: &Model, direction: Direction) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::super::{cells, cull, dependencies, merge};
-    use super::{super::model::{Touches, unit_edges}, *};
+    use super::{
+        super::model::{Touches, unit_edges},
+        *,
+    };
     use crate::Declaration;
 
     #[test]

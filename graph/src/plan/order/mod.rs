@@ -7,7 +7,7 @@
 //!
 //! Finding the order of least peak is NP-hard (it is register allocation by another name). Frames are mostly recorded well, so
 //! local moves start from the recorded order ([`improve`]), and end where none lowers the peak. Where they have not ended
-//! soon, the recorded order was far from good, and two of list scheduling ([`list`]) are asked, from the front and from the back.
+//! soon, the recorded order was far from good, and two of list scheduling ([`list`]) are asked, from the back and from the front.
 //! One that cannot be better is taken; else the moves go on, and where their effort is spent at last, those two are improved in
 //! turn. No order is taken over the recorded one unless its peak is lower, and the result depends on nothing but the
 //! declaration.
@@ -104,7 +104,7 @@ fn smaller(model: &Model, recorded: &[u32]) -> Option<Vec<u32>> {
         return lower(local);
     }
     let mut listed = Vec::with_capacity(2);
-    for direction in [Direction::Forward, Direction::Backward] {
+    for direction in [Direction::Backward, Direction::Forward] {
         let search = Search::new(model, list::schedule(model, direction));
         if search.peak <= bound {
             return lower(search);

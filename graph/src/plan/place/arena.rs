@@ -17,9 +17,8 @@
 //! Rejected: one arena with a barrier by hand, which wgpu has not; one arena per usage, since most buffers are first written
 //! and then read.
 
-use super::{ALIGN, Item, Lots, SlotKind, pack};
-use crate::declaration::{Access, Declaration, PassKind};
-use std::ops::Range;
+use super::{super::merge::Units, ALIGN, Item, Lots, SlotKind, pack};
+use crate::declaration::{Access, Declaration, Origin, PassKind, ResourceDecl, ResourceKind};
 
 /// No arena is larger (bytes): `max_buffer_size` of `WebGPU`'s default limits.
 pub(in super::super) const LARGEST_ARENA: u64 = 256 << 20;
@@ -58,36 +57,29 @@ pub(super) struct Colours {
 }
 
 impl Colours {
-    pub(super) fn new(
-        declaration: &Declaration,
-        order: &[usize],
-        steps: &[Range<usize>],
-        items: &[Item],
-        buffers: &[u32],
-    ) -> Self {
-        let uses = Uses::new(declaration, order, steps, items, buffers);
-        // Step to the arenas, as bits, that are used there in each of the three ways.
-        let mut states = vec![[0_u8; 3]; steps.len()];
+    /// Of the buffers among `items`.
+    pub(super) fn new(uses: &Uses, items: &[Item], buffers: &[u32]) -> Self {
+        // Unit to the arenas, as bits, that are used there in each of the three ways.
+        let mut states = vec![[0_u8; 3]; uses.units];
         let mut colours = Self::default();
-        for (index, &buffer) in buffers.iter().enumerate() {
-            let bytes = items[buffer as usize].bytes;
-            if uses.by_closure[index] || bytes == 0 || bytes > LARGEST_ARENA {
-                colours.apart.push(buffer);
-                continue;
-            }
-            let uses = uses.of(index);
-            let others = |states: [u8; 3], how: Use| (0..3).filter(|&other| other != how as usize).fold(0, |all, at| all | states[at]);
-            let taken = uses.iter().fold(0, |taken, &(step, how)| taken | others(states[step as usize], how));
+        for &buffer in buffers {
+            let item = &items[buffer as usize];
+            let uses_of = uses.of(item.resource);
+            let taken = uses_of.iter().fold(0, |taken, &(unit, how)| {
+                let state = states[unit as usize];
+                taken | state[(how as usize + 1) % 3] | state[(how as usize + 2) % 3]
+            });
             let colour = taken.trailing_ones() as usize;
-            if colour == MOST_ARENAS {
+            let fits = colour < MOST_ARENAS && item.bytes > 0 && item.bytes <= LARGEST_ARENA;
+            if !fits || uses.by_closure[item.resource] {
                 colours.apart.push(buffer);
                 continue;
             }
             if colour == colours.members.len() {
                 colours.members.push(Vec::with_capacity(buffers.len()));
             }
-            for &(step, how) in uses {
-                states[step as usize][how as usize] |= 1 << colour;
+            for &(unit, how) in uses_of {
+                states[unit as usize][how as usize] |= 1 << colour;
             }
             colours.members[colour].push(buffer);
         }
@@ -124,41 +116,45 @@ pub(super) fn pack(items: &[Item], members: &[u32], lots: &mut Lots) {
     }
 }
 
-/// Per buffer: the steps that use it, and how.
+/// Per transient buffer: the units that use it, and how. A unit is what runs as one step, whatever the order.
 #[derive(Debug)]
-struct Uses {
+pub(in super::super) struct Uses {
+    units: usize,
+    /// By resource: where its entries of `found` begin.
     starts: Vec<u32>,
     found: Vec<(u32, Use)>,
+    /// By resource.
     by_closure: Vec<bool>,
 }
 
 impl Uses {
-    fn new(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], items: &[Item], buffers: &[u32]) -> Self {
+    pub(in super::super) fn new(declaration: &Declaration, units: &Units) -> Self {
         const NONE: u32 = u32::MAX;
-        // Per resource: which of the buffers it is, and the last of `found` about it.
-        let mut known = vec![(NONE, NONE); declaration.resources.len()];
-        for (index, &buffer) in (0..).zip(buffers) {
-            known[items[buffer as usize].resource].0 = index;
-        }
-        let mut by_closure = vec![false; buffers.len()];
-        let mut found: Vec<(u32, u32, Use)> = Vec::with_capacity(4 * buffers.len());
-        let mut starts = vec![0_u32; buffers.len() + 2];
-        for (step, positions) in (0..).zip(steps) {
-            for pass in order[positions.clone()].iter().map(|&pass| &declaration.passes[pass]) {
+        /// The last of `found` about it, for a resource that is no transient buffer.
+        const OTHER: u32 = u32::MAX - 1;
+        let is_buffer =
+            |resource: &ResourceDecl| resource.origin == Origin::Transient && matches!(resource.kind, ResourceKind::Buffer(_));
+        let resources = &declaration.resources;
+        let mut last: Vec<u32> = resources.iter().map(|resource| if is_buffer(resource) { NONE } else { OTHER }).collect();
+        let mut by_closure = vec![false; resources.len()];
+        let mut found: Vec<(u32, u32, Use)> = Vec::with_capacity(2 * resources.len());
+        let mut starts = vec![0_u32; resources.len() + 2];
+        for unit in 0..units.len() as u32 {
+            for pass in units.unit(unit as usize).iter().map(|&pass| &declaration.passes[pass]) {
                 for access in &pass.accesses {
-                    let (index, last) = &mut known[access.resource];
-                    if *index == NONE {
+                    let last = &mut last[access.resource];
+                    if *last == OTHER {
                         continue;
                     }
-                    by_closure[*index as usize] |= pass.kind == PassKind::Closure;
-                    // Several uses by one step: what it writes, it writes.
-                    match found.get_mut(*last as usize).filter(|(_, before, _)| *before == step) {
+                    by_closure[access.resource] |= pass.kind == PassKind::Closure;
+                    // Several uses by one unit: what it writes, it writes.
+                    match found.get_mut(*last as usize).filter(|(_, before, _)| *before == unit) {
                         Some((_, _, how)) if *how == Use::Read => *how = Use::of(access),
                         Some(_) => {}
                         None => {
                             *last = found.len() as u32;
-                            found.push((*index, step, Use::of(access)));
-                            starts[*index as usize + 2] += 1;
+                            found.push((access.resource as u32, unit, Use::of(access)));
+                            starts[access.resource + 2] += 1;
                         }
                     }
                 }
@@ -167,17 +163,17 @@ impl Uses {
         for at in 2..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut by_buffer = vec![(0, Use::Read); found.len()];
-        for (index, step, how) in found {
-            let at = &mut starts[index as usize + 1];
-            by_buffer[*at as usize] = (step, how);
+        let mut by_resource = vec![(0, Use::Read); found.len()];
+        for (resource, unit, how) in found {
+            let at = &mut starts[resource as usize + 1];
+            by_resource[*at as usize] = (unit, how);
             *at += 1;
         }
-        Self { starts, found: by_buffer, by_closure }
+        Self { units: units.len(), starts, found: by_resource, by_closure }
     }
 
-    fn of(&self, index: usize) -> &[(u32, Use)] {
-        &self.found[self.starts[index] as usize..self.starts[index + 1] as usize]
+    fn of(&self, resource: usize) -> &[(u32, Use)] {
+        &self.found[self.starts[resource] as usize..self.starts[resource + 1] as usize]
     }
 }
 

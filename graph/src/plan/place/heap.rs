@@ -7,12 +7,7 @@ use super::{Item, Lots, Need, SlotKind, is_transient_attachment, pack};
 use crate::declaration::Declaration;
 
 /// Places all items; more effort is spent while they take more than `goal` bytes.
-pub(in super::super) fn heaps(
-    declaration: &Declaration,
-    items: &[Item],
-    needs: &dyn Fn(usize, u32) -> Need,
-    goal: u64,
-) -> Lots {
+pub(in super::super) fn heaps(declaration: &Declaration, items: &[Item], needs: &dyn Fn(usize, u32) -> Need, goal: u64) -> Lots {
     let mut lots = Lots::new(items.len());
     // By class; few differ.
     let mut heaps: Vec<(u32, Vec<u32>, Vec<pack::Block>)> = Vec::new();

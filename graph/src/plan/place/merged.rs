@@ -5,7 +5,6 @@
 
 use super::{Item, Lots, arena, pool};
 use crate::declaration::{Declaration, ResourceKind};
-use std::ops::Range;
 
 /// All but the packing.
 #[derive(Debug)]
@@ -22,19 +21,18 @@ pub(in super::super) struct Draft<'a> {
 }
 
 impl<'a> Draft<'a> {
-    pub(in super::super) fn new(
-        declaration: &Declaration,
-        order: &[usize],
-        steps: &[Range<usize>],
-        items: &'a [Item],
-    ) -> Self {
-        let is_texture =
-            |&item: &u32| matches!(declaration.resources[items[item as usize].resource].kind, ResourceKind::Texture(_));
-        let (textures, buffers): (Vec<u32>, Vec<u32>) = (0..items.len() as u32).partition(is_texture);
-        let none = Lots::new(items.len());
+    /// Of items by time of first use.
+    pub(in super::super) fn new(declaration: &Declaration, uses: &arena::Uses, items: &'a [Item]) -> Self {
+        let (mut textures, mut buffers) = (Vec::with_capacity(items.len()), Vec::with_capacity(items.len()));
+        for (index, item) in (0..).zip(items) {
+            match declaration.resources[item.resource].kind {
+                ResourceKind::Texture(_) => textures.push(index),
+                ResourceKind::Buffer(_) => buffers.push(index),
+            }
+        }
         let mut draft = Self {
             items,
-            textures: none.clone(),
+            textures: Lots::new(items.len()),
             objects: Lots::default(),
             in_arenas: Lots::default(),
             colours: arena::Colours::default(),
@@ -42,9 +40,9 @@ impl<'a> Draft<'a> {
         };
         pool::textures(declaration, items, &textures, &mut draft.textures);
         if !buffers.is_empty() {
-            (draft.objects, draft.in_arenas) = (none.clone(), none);
+            (draft.objects, draft.in_arenas) = (Lots::new(items.len()), Lots::new(items.len()));
             pool::buffers(items, &buffers, &mut draft.objects);
-            draft.colours = arena::Colours::new(declaration, order, steps, items, &buffers);
+            draft.colours = arena::Colours::new(uses, items, &buffers);
             pool::buffers(items, &draft.colours.apart, &mut draft.in_arenas);
             let mut ends = Vec::with_capacity(buffers.len());
             let packed = draft.colours.members.iter().map(|members| most_live(items, members, &mut ends));

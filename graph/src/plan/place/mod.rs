@@ -18,8 +18,10 @@ mod pool;
 use super::{
     ALIGN, Need,
     lifetimes::{Lifetime, transient},
+    timeline::Timeline,
 };
 use crate::declaration::{Declaration, ResourceKind};
+pub(super) use arena::Uses;
 pub(super) use heap::heaps;
 pub(super) use merged::{Draft, least};
 pub(super) use pool::{alone, exact};
@@ -80,13 +82,23 @@ impl Item {
 }
 
 /// The transient resources in use, by time of first use.
-pub(super) fn items(declaration: &Declaration, lifetimes: &[Option<Lifetime>], usages: &[u32]) -> Vec<Item> {
-    let mut items: Vec<Item> = Vec::with_capacity(lifetimes.len());
-    items.extend(transient(declaration, lifetimes).map(|(resource, lifetime)| {
+pub(super) fn items(declaration: &Declaration, timeline: &Timeline, usages: &[u32]) -> Vec<Item> {
+    // A counting sort by the first position: those of one position stay in the order of resources.
+    let mut starts = vec![0_u32; timeline.order.len() + 1];
+    for (_, lifetime) in transient(declaration, &timeline.lifetimes) {
+        starts[lifetime.first + 1] += 1;
+    }
+    for at in 1..starts.len() {
+        starts[at] += starts[at - 1];
+    }
+    let count = starts.last().map_or(0, |&count| count as usize);
+    let mut items = vec![Item { resource: 0, lifetime: Lifetime { first: 0, last: 0 }, bytes: 0, usage: 0 }; count];
+    for (resource, lifetime) in transient(declaration, &timeline.lifetimes) {
         let (bytes, usage) = (declaration.resources[resource].bytes, usages[resource]);
-        Item { resource, lifetime, bytes, usage }
-    }));
-    items.sort_unstable_by_key(|item| (item.lifetime.first, item.resource));
+        let at = &mut starts[lifetime.first];
+        items[*at as usize] = Item { resource, lifetime, bytes, usage };
+        *at += 1;
+    }
     items
 }
 

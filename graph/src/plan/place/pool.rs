@@ -36,7 +36,7 @@ pub(in super::super) fn exact(declaration: &Declaration, items: &[Item]) -> Lots
     let all: Vec<u32> = (0..items.len() as u32).collect();
     let groups = Groups::new(items, &all, |item| (texture(declaration, item), words(item), item.usage));
     let mut turns = Turns::default();
-    groups.iter().for_each(|group| turns.share(items, group, &mut lots));
+    groups.iter().for_each(|group| turns.share(items, group.iter().copied(), &mut lots));
     lots
 }
 
@@ -56,7 +56,7 @@ pub(super) fn textures(declaration: &Declaration, items: &[Item], textures: &[u3
         let room = |item: u32| Room::of(declaration, &items[item as usize]);
         let first = room(group[0]);
         if group.iter().all(|&item| room(item) == first) {
-            turns.share(items, group, lots);
+            turns.share(items, group.iter().copied(), lots);
         } else {
             largest_first(items, group, room, lots);
         }
@@ -65,8 +65,13 @@ pub(super) fn textures(declaration: &Declaration, items: &[Item], textures: &[u3
 
 /// One object for buffers of equal size.
 pub(super) fn buffers(items: &[Item], buffers: &[u32], lots: &mut Lots) {
+    let mut sorted: Vec<(u64, u32)> = buffers.iter().map(|&buffer| (words(&items[buffer as usize]), buffer)).collect();
+    sorted.sort_unstable();
+    lots.slots.reserve(sorted.len());
     let mut turns = Turns::default();
-    Groups::new(items, buffers, words).iter().for_each(|group| turns.share(items, group, lots));
+    for group in sorted.chunk_by(|one, other| one.0 == other.0) {
+        turns.share(items, group.iter().map(|&(_, buffer)| buffer), lots);
+    }
 }
 
 fn texture<'a>(declaration: &'a Declaration, item: &Item) -> Option<&'a TextureDesc> {
@@ -153,13 +158,10 @@ struct Turns {
 
 impl Turns {
     /// Items by first use; each takes the object that has been free longest.
-    fn share(&mut self, items: &[Item], group: &[u32], lots: &mut Lots) {
-        if let [item] = *group {
-            lots.object(items, item);
-            return;
-        }
+    fn share(&mut self, items: &[Item], group: impl ExactSizeIterator<Item = u32>, lots: &mut Lots) {
+        let alone = group.len() == 1;
         self.ends.clear();
-        for &index in group {
+        for index in group {
             let lifetime = items[index as usize].lifetime;
             let lot = match self.ends.peek() {
                 Some(&Reverse((end, lot))) if end < lifetime.first => {
@@ -169,7 +171,9 @@ impl Turns {
                 }
                 _ => lots.object(items, index),
             };
-            self.ends.push(Reverse((lifetime.last, lot)));
+            if !alone {
+                self.ends.push(Reverse((lifetime.last, lot)));
+            }
         }
     }
 }
