@@ -71,7 +71,8 @@ fn row(frame: &Declaration, phases: bool) {
     let size = frame.passes.len() + accesses;
     let runs = (200_000 / size).clamp(5, 401);
     let options = PlanOptions::default();
-    let memory = plan(frame, &options).expect("frames here are sound").memory;
+    let memory_of = |sharing| plan(frame, &options.sharing(sharing)).expect("frames here are sound").memory;
+    let (memory, pooled) = (memory_of(Sharing::Placed), memory_of(Sharing::Merged).pooled_bytes);
     let copy = frame.clone();
     let mut own = options;
     own.only_own_bytes = true;
@@ -118,7 +119,7 @@ fn row(frame: &Declaration, phases: bool) {
         mib(memory.unshared_bytes),
         mib(memory.peak_live_bytes),
         mib(memory.ordered_peak_live_bytes),
-        mib(memory.pooled_bytes),
+        mib(pooled),
         mib(memory.placed_bytes),
         mib(theirs.bytes),
     );
@@ -143,19 +144,36 @@ fn median(runs: usize, mut run: impl FnMut() -> f64) -> f64 {
 fn quality() {
     println!("{:<24} {:<26} {:>7} {:>7} {:>7} {:>7} {:>7}", "frames", "ratio", "least", "25 %", "median", "75 %", "most");
     for (kind, frames) in frames::random() {
-        let memories: Vec<(Memory, Memory)> = frames
+        // Placed, pooled, and pooled in recorded order.
+        let memories: Vec<[Memory; 3]> = frames
             .iter()
             .map(|frame| {
-                let of = |order| plan(frame, &PlanOptions::default().order(order)).expect("frames here are sound").memory;
-                (of(PassOrder::Memory), of(PassOrder::Recorded))
+                let of = |sharing, order| {
+                    let options = PlanOptions::default().sharing(sharing).order(order);
+                    plan(frame, &options).expect("frames here are sound").memory
+                };
+                [
+                    of(Sharing::Placed, PassOrder::Memory),
+                    of(Sharing::Merged, PassOrder::Memory),
+                    of(Sharing::Merged, PassOrder::Recorded),
+                ]
             })
             .collect();
-        let ratio = |a: u64, b: u64| a as f64 / b.max(1) as f64;
-        print(kind, "ordered / live", memories.iter().map(|(m, _)| ratio(m.ordered_peak_live_bytes, m.peak_live_bytes)));
-        print(kind, "placed / live", memories.iter().map(|(m, _)| ratio(m.placed_bytes, m.peak_live_bytes)));
-        print(kind, "placed / ordered", memories.iter().map(|(m, _)| ratio(m.placed_bytes, m.ordered_peak_live_bytes)));
-        print(kind, "pooled / live", memories.iter().map(|(m, _)| ratio(m.pooled_bytes, m.peak_live_bytes)));
-        print(kind, "pooled / recorded pooled", memories.iter().map(|(m, r)| ratio(m.pooled_bytes, r.pooled_bytes)));
+        let print = |what, of: &dyn Fn(&[Memory; 3]) -> [u64; 2]| {
+            print(
+                kind,
+                what,
+                memories.iter().map(|memories| {
+                    let [a, b] = of(memories);
+                    a as f64 / b.max(1) as f64
+                }),
+            );
+        };
+        print("ordered / live", &|[placed, ..]| [placed.ordered_peak_live_bytes, placed.peak_live_bytes]);
+        print("placed / live", &|[placed, ..]| [placed.placed_bytes, placed.peak_live_bytes]);
+        print("placed / ordered", &|[placed, ..]| [placed.placed_bytes, placed.ordered_peak_live_bytes]);
+        print("pooled / live", &|[_, pooled, _]| [pooled.pooled_bytes, pooled.peak_live_bytes]);
+        print("pooled / recorded pooled", &|[_, pooled, recorded]| [pooled.pooled_bytes, recorded.pooled_bytes]);
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) fn dependencies(declaration: &Declaration, cells: &Cells, runs: impl 
     let mut writer = vec![NONE; cells.len()];
     // Readers of each cell since its last write, as lists in one vector: (pass, next).
     let mut readers = vec![NONE; cells.len()];
-    let mut links: Vec<(u32, u32)> = Vec::new();
+    let mut links: Vec<(u32, u32)> = Vec::with_capacity(declaration.passes.len() * 4);
     let mut edges = Vec::with_capacity(declaration.passes.len() * 4);
     let mut join = |from: u32, to: usize| {
         if from != NONE && from as usize != to {

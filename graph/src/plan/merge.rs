@@ -36,12 +36,12 @@ impl Units {
     }
 
     /// Passes and steps, for the units in the given order.
-    pub(super) fn flatten(&self, sequence: impl IntoIterator<Item = usize>) -> (Vec<usize>, Vec<Range<usize>>) {
+    pub(super) fn flatten(&self, sequence: &[u32]) -> (Vec<usize>, Vec<Range<usize>>) {
         let mut order = Vec::with_capacity(self.passes.len());
         let mut steps = Vec::with_capacity(self.len());
-        for unit in sequence {
+        for &unit in sequence {
             let first = order.len();
-            order.extend_from_slice(self.unit(unit));
+            order.extend_from_slice(self.unit(unit as usize));
             steps.push(first..order.len());
         }
         (order, steps)

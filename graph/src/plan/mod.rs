@@ -3,6 +3,9 @@
 //! ```text
 //!   validate → cells → cull → dependencies → merge → order → lifetimes → place
 //! ```
+//!
+//! Where the order that needs less memory is not the recorded one, both go on as [`Timeline`]s until it is known which
+//! allocates less by the sharing that was asked for.
 
 pub(crate) mod cells;
 mod cull;
@@ -11,12 +14,14 @@ mod lifetimes;
 mod merge;
 mod order;
 mod place;
+mod timeline;
 pub(crate) mod validate;
 
 use crate::{declaration::Declaration, error::GraphError};
 pub use lifetimes::Lifetime;
 pub use place::{Slot, SlotKind};
 use std::ops::Range;
+use timeline::Timeline;
 
 /// How a frame is planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -65,7 +70,8 @@ pub enum Sharing {
 pub enum PassOrder {
     /// As recorded.
     Recorded,
-    /// So that less memory is in use at once; as recorded where that changes nothing. Pinned passes keep their order.
+    /// So that less memory is in use at once; as recorded where that changes nothing, or where objects that resources share
+    /// one after the other would not take less. Pinned passes keep their order.
     #[default]
     Memory,
 }
@@ -118,7 +124,7 @@ pub struct Culled {
     pub reason: String,
 }
 
-/// Bytes of transient resources, by way of placing them.
+/// Bytes of transient resources, by way of placing them; each in the order that a plan of that [`Sharing`] takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct Memory {
@@ -126,7 +132,7 @@ pub struct Memory {
     pub unshared_bytes: u64,
     /// The most in use at once in recorded order: there, no way of placing needs less.
     pub peak_live_bytes: u64,
-    /// The most in use at once in the plan's order.
+    /// The most in use at once in the plan's order; another way of placing may take another order, and less.
     pub ordered_peak_live_bytes: u64,
     /// In a pool of objects with merged descriptions, and arenas for buffers.
     pub pooled_bytes: u64,
@@ -166,44 +172,51 @@ pub fn plan_with_needs(
     let (live, culled) = cull::cull(declaration, &cells);
     let edges = dependencies::dependencies(declaration, &cells, |pass| live[pass]);
     let units = merge::merge(declaration, &live);
-    let sequence = order::order(declaration, &units, &edges, options.order)
-        .map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
-    let moved = !sequence.is_sorted();
-    let (order, steps) = units.flatten(sequence);
-    let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
-    let live_bytes = lifetimes::live_bytes(declaration, &lifetimes, order.len());
-    let ordered_peak = live_bytes.iter().copied().max().unwrap_or(0);
-    let recorded_peak = if moved {
-        let (order, steps) = units.flatten(0..units.len());
-        let lifetimes = lifetimes::lifetimes(declaration, &order, &steps);
-        lifetimes::live_bytes(declaration, &lifetimes, order.len()).into_iter().max().unwrap_or(0)
-    } else {
-        ordered_peak
-    };
-    let mut usages = usages(declaration, &order);
-    if options.transient_attachments {
-        merge::transient_attachments(declaration, &lifetimes, &steps, &mut usages);
+    let orders = order::Orders::new(declaration, &units, &edges);
+    let recorded =
+        orders.recorded().map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
+    // The recorded order, then the one for memory if it is another.
+    let mut timelines = vec![Timeline::new(declaration, &units, &recorded)];
+    let recorded_peak = timelines[0].peak();
+    if options.order == PassOrder::Memory {
+        let smaller = orders.smaller(&recorded, recorded_peak);
+        timelines.extend(smaller.map(|sequence| Timeline::new(declaration, &units, &sequence)));
     }
-    let items = place::items(declaration, &lifetimes, &usages);
+    let mut usages = usages(declaration, &timelines[0].order);
+    if options.transient_attachments {
+        let Timeline { lifetimes, steps, .. } = &timelines[0];
+        merge::transient_attachments(declaration, lifetimes, steps, &mut usages);
+    }
+    let items: Vec<Vec<place::Item>> = timelines.iter().map(|timeline| place::items(declaration, timeline, &usages)).collect();
+    let last = timelines.len() - 1;
     let wants = |sharing| options.sharing == sharing || !options.only_own_bytes;
-    let merged = if wants(Sharing::Merged) { place::merged(declaration, &order, &steps, &items) } else { Vec::new() };
-    let heaps = if wants(Sharing::Placed) { place::heaps(declaration, &items, needs, recorded_peak) } else { Vec::new() };
+    let merged = wants(Sharing::Merged).then(|| {
+        let uses = place::Uses::new(declaration, &units);
+        place::least(items.iter().map(|items| place::Draft::new(declaration, &uses, items)))
+    });
+    let heaps = wants(Sharing::Placed).then(|| (last, place::heaps(declaration, &items[last], needs, recorded_peak)));
     let mut memory = Memory {
-        unshared_bytes: lifetimes::unshared_bytes(declaration, &lifetimes),
+        unshared_bytes: lifetimes::unshared_bytes(declaration, &timelines[0].lifetimes),
         peak_live_bytes: recorded_peak,
-        ordered_peak_live_bytes: ordered_peak,
-        pooled_bytes: place::bytes(&merged),
-        placed_bytes: place::bytes(&heaps),
+        ordered_peak_live_bytes: 0,
+        pooled_bytes: merged.as_ref().map_or(0, |(_, lots)| lots.bytes()),
+        placed_bytes: heaps.as_ref().map_or(0, |(_, lots)| lots.bytes()),
         allocated_bytes: 0,
     };
-    let lots = match options.sharing {
-        Sharing::Off => place::alone(&items),
-        Sharing::Exact => place::exact(declaration, &items),
+    let (which, lots) = match options.sharing {
+        Sharing::Off => None,
+        Sharing::Exact => {
+            (0..).zip(&items).map(|(at, items)| (at, place::exact(declaration, items))).min_by_key(|(_, lots)| lots.bytes())
+        }
         Sharing::Merged => merged,
         Sharing::Placed => heaps,
-    };
-    memory.allocated_bytes = place::bytes(&lots);
-    let place::Placed { slots, slot_of, offsets } = place::Placed::new(declaration, lots);
+    }
+    .unwrap_or_else(|| (last, place::alone(&items[last])));
+    let timeline = timelines.swap_remove(which);
+    memory.allocated_bytes = lots.bytes();
+    memory.ordered_peak_live_bytes = timeline.peak();
+    let place::Placed { slots, slot_of, offsets } = place::Placed::new(declaration.resources.len(), &items[which], &lots);
+    let Timeline { order, steps, lifetimes, live_bytes } = timeline;
     Ok(Plan { order, steps, culled, lifetimes, slots, slot_of, offsets, live_bytes, memory, usages })
 }
 

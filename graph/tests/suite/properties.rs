@@ -193,7 +193,8 @@ fn the_order_is_topological_and_pinned_passes_keep_theirs() {
 #[test]
 fn order_saves_memory_and_changes_nothing_else() {
     for_frames(|declaration| {
-        let [recorded, ordered] = ORDERS.map(|order| plan(declaration, &PlanOptions::default().order(order)).unwrap());
+        let options = PlanOptions::default().sharing(Sharing::Placed);
+        let [recorded, ordered] = ORDERS.map(|order| plan(declaration, &options.order(order)).unwrap());
         assert_eq!(recorded.culled, ordered.culled);
         assert_eq!(recorded.memory.peak_live_bytes, recorded.memory.ordered_peak_live_bytes);
         assert_eq!(recorded.memory.peak_live_bytes, ordered.memory.peak_live_bytes);
@@ -203,7 +204,27 @@ fn order_saves_memory_and_changes_nothing_else() {
             "{after} of {before}: {:?}",
             ordered.order
         );
-        assert_eq!(ordered, plan(declaration, &PlanOptions::default()).unwrap(), "planning is deterministic");
+        assert_eq!(ordered, plan(declaration, &options).unwrap(), "planning is deterministic");
+    });
+}
+
+#[test]
+fn objects_that_are_shared_take_less_or_the_order_is_the_recorded_one() {
+    for_frames(|declaration| {
+        for sharing in [Sharing::Exact, Sharing::Merged] {
+            let options = PlanOptions::default().sharing(sharing);
+            let [recorded, ordered] = ORDERS.map(|order| plan(declaration, &options.order(order)).unwrap());
+            let (before, after) = (recorded.memory.allocated_bytes, ordered.memory.allocated_bytes);
+            assert!(
+                after < before || (after == before && ordered.order == recorded.order),
+                "{sharing:?}: {after} of {before}: {:?}",
+                ordered.order
+            );
+            assert_eq!(ordered, plan(declaration, &options).unwrap(), "planning is deterministic");
+            let least = plan(declaration, &options.sharing(Sharing::Placed)).unwrap().memory;
+            assert_eq!(ordered.memory.placed_bytes, least.placed_bytes, "by way of placing, whatever is asked for");
+            assert_eq!(ordered.memory.pooled_bytes, least.pooled_bytes);
+        }
     });
 }
 
@@ -254,13 +275,15 @@ fn one_description_serves_all_of_an_object() {
             };
             assert!(descs.iter().any(|one| descs.iter().all(|other| serves(one, other))), "{slot:?} of {descs:?}");
         }
-        let exact = plan(declaration, &PlanOptions::default().sharing(Sharing::Exact)).unwrap();
+        let in_recorded_order =
+            |sharing| plan(declaration, &PlanOptions::default().order(PassOrder::Recorded).sharing(sharing)).unwrap();
+        let [same, exact] = [Sharing::Merged, Sharing::Exact].map(in_recorded_order);
         let bytes = |plan: &Plan, buffers: bool| -> u64 {
             let of = |slot: &&Slot| matches!(declaration.resources[slot.resources[0]].kind, ResourceKind::Buffer(_)) == buffers;
             plan.slots.iter().filter(of).map(|slot| slot.bytes).sum()
         };
         for buffers in [true, false] {
-            assert!(bytes(&merged, buffers) <= bytes(&exact, buffers), "merging costs nothing");
+            assert!(bytes(&same, buffers) <= bytes(&exact, buffers), "merging costs nothing");
         }
         assert_eq!(merged.memory.allocated_bytes, merged.memory.pooled_bytes);
     });

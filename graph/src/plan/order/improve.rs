@@ -21,14 +21,17 @@ const GROUP: usize = 64;
 /// Units between both ends of a move, at most.
 const REACH: usize = 512;
 
-/// Bit of a count in [`State::count`]: the item is in use.
+/// Bit of a count in [`Search::count`]: the item is in use.
 const ALIVE: u32 = 1 << 31;
 
-/// An order with what follows from it.
+/// An order under improvement, with what follows from it.
 #[derive(Debug)]
-struct State<'a> {
+pub(super) struct Search<'a> {
     model: &'a Model,
-    sequence: Vec<u32>,
+    pub(super) sequence: Vec<u32>,
+    /// The most in use at once, and the first position at which it is.
+    pub(super) peak: Bytes,
+    peak_at: usize,
     /// Unit to its position.
     position: Vec<usize>,
     /// Item to its first and last position; the last of what is kept is `usize::MAX`.
@@ -43,6 +46,9 @@ struct State<'a> {
     /// The window under trial, and the bytes in use at each of its positions.
     units: Vec<u32>,
     lives: Vec<Bytes>,
+    /// What could leave the peak, and the group under trial.
+    idle: Vec<u32>,
+    group: Vec<u32>,
 }
 
 /// A window of positions in another order.
@@ -54,45 +60,14 @@ struct Move {
     peak: (Bytes, isize),
 }
 
-/// What became of an order.
-#[derive(Debug)]
-pub(super) struct Improved {
-    pub(super) sequence: Vec<u32>,
-    /// The most in use at once.
-    pub(super) peak: Bytes,
-    /// Whether the effort ended before the moves did.
-    pub(super) spent: bool,
-}
-
-/// A better order, or the same. Looks at about `effort` units at most.
-pub(super) fn improve(model: &Model, sequence: Vec<u32>, bound: Bytes, effort: usize) -> Improved {
-    let mut state = State::new(model, sequence);
-    let mut left = effort;
-    loop {
-        let (at, peak) = state.peak();
-        let done = |state: State<'_>, spent| Improved { sequence: state.sequence, peak, spent };
-        if peak <= bound {
-            return done(state, false);
-        }
-        // Finding the peak costs a look at all units, if a short one.
-        left = left.saturating_sub(state.sequence.len() / 8);
-        let best = state.best_move(at, &mut left);
-        if left == 0 {
-            return done(state, true);
-        }
-        match best {
-            Some(best) => state.apply(&best),
-            None => return done(state, false),
-        }
-    }
-}
-
-impl<'a> State<'a> {
-    fn new(model: &'a Model, sequence: Vec<u32>) -> Self {
+impl<'a> Search<'a> {
+    pub(super) fn new(model: &'a Model, sequence: Vec<u32>) -> Self {
         let (units, items) = (sequence.len(), model.bytes.len());
         let mut state = Self {
             model,
             sequence,
+            peak: 0,
+            peak_at: 0,
             position: vec![0; units],
             first: vec![usize::MAX; items],
             last: vec![0; items],
@@ -101,6 +76,8 @@ impl<'a> State<'a> {
             grouped: vec![false; units],
             units: Vec::new(),
             lives: Vec::new(),
+            idle: Vec::new(),
+            group: Vec::new(),
         };
         for (at, &unit) in state.sequence.iter().enumerate() {
             state.position[unit as usize] = at;
@@ -119,33 +96,53 @@ impl<'a> State<'a> {
             live += change;
             *now = live;
         }
+        state.find_peak();
         state
     }
 
-    /// The first position at which most is in use.
-    fn peak(&self) -> (usize, Bytes) {
-        let mut peak = (0, 0);
+    /// Moves units until the peak is at `bound` or no move lowers it; then true. Looks at about `effort` units at most.
+    pub(super) fn improve(&mut self, bound: Bytes, effort: usize) -> bool {
+        let mut left = effort;
+        while self.peak > bound {
+            // Finding the peak costs a look at all units, if a short one.
+            left = left.saturating_sub(self.sequence.len() / 8);
+            let best = self.best_move(self.peak_at, &mut left);
+            if left == 0 {
+                return false;
+            }
+            let Some(best) = best else { break };
+            self.apply(&best);
+            self.find_peak();
+        }
+        true
+    }
+
+    fn find_peak(&mut self) {
+        (self.peak_at, self.peak) = (0, 0);
         for (at, &live) in self.live.iter().enumerate() {
-            if live > peak.1 {
-                peak = (at, live);
+            if live > self.peak {
+                (self.peak_at, self.peak) = (at, live);
             }
         }
-        peak
     }
 
     fn best_move(&mut self, at: usize, left: &mut usize) -> Option<Move> {
-        let mut idle: Vec<u32> = (0..self.model.bytes.len() as u32)
-            .filter(|&item| self.first[item as usize] < at && at < self.last[item as usize])
-            .filter(|&item| !self.model.items.of(self.sequence[at]).contains(&item))
-            .collect();
-        idle.sort_by_key(|&item| std::cmp::Reverse(self.model.bytes[item as usize]));
+        let model = self.model;
+        let mut idle = std::mem::take(&mut self.idle);
+        let mut group = std::mem::take(&mut self.group);
+        idle.clear();
+        let touched = model.items.of(self.sequence[at]);
+        idle.extend((0..model.bytes.len() as u32).filter(|item| {
+            let index = *item as usize;
+            self.first[index] < at && at < self.last[index] && !touched.contains(item)
+        }));
+        idle.sort_by_key(|&item| std::cmp::Reverse(model.bytes[item as usize]));
         idle.truncate(TRIED);
         let mut best: Option<Move> = None;
-        for item in idle {
-            let sunk = self.descendants(self.sequence[self.first[item as usize]], at);
-            if let Some(group) = sunk {
+        for &item in &idle {
+            if self.descendants(self.sequence[self.first[item as usize]], at, &mut group) {
                 let start = group.iter().map(|&unit| self.position[unit as usize]).min().unwrap_or(at);
-                let follows = |&unit: &u32| self.model.next.of(unit).iter().map(|&next| self.position[next as usize]);
+                let follows = |&unit: &u32| model.next.of(unit).iter().map(|&next| self.position[next as usize]);
                 let limit = group.iter().flat_map(follows).filter(|&next| next > at).min().unwrap_or(self.sequence.len()) - 1;
                 for end in [limit, at] {
                     self.try_move(&group, start, end, false, &mut best, left);
@@ -154,10 +151,9 @@ impl<'a> State<'a> {
                     }
                 }
             }
-            let hoisted = if self.model.kept[item as usize] { None } else { self.ancestors(item, at) };
-            if let Some(group) = hoisted {
+            if !model.kept[item as usize] && self.ancestors(item, at, &mut group) {
                 let end = group.iter().map(|&unit| self.position[unit as usize]).max().unwrap_or(at);
-                let leads = |&unit: &u32| self.model.previous.of(unit).iter().map(|&before| self.position[before as usize]);
+                let leads = |&unit: &u32| model.previous.of(unit).iter().map(|&before| self.position[before as usize]);
                 let limit = group.iter().flat_map(leads).filter(|&before| before < at).max().map_or(0, |before| before + 1);
                 for start in [limit, at] {
                     self.try_move(&group, start, end, true, &mut best, left);
@@ -170,30 +166,34 @@ impl<'a> State<'a> {
                 break;
             }
         }
+        (self.idle, self.group) = (idle, group);
         best
     }
 
-    /// `unit` and all that depends on it up to position `at`; none if that is at `at`, or if they are many.
-    fn descendants(&mut self, unit: u32, at: usize) -> Option<Vec<u32>> {
+    /// Sets `group` to `unit` and all that depends on it up to position `at`; false if that is at `at`, or if they are many.
+    fn descendants(&mut self, unit: u32, at: usize, group: &mut Vec<u32>) -> bool {
         let model = self.model;
-        self.closure(vec![unit], at, |unit| model.next.of(unit), |position| position <= at)
+        group.clear();
+        group.push(unit);
+        self.close(group, at, |unit| model.next.of(unit), |position| position <= at)
     }
 
-    /// All from `at` on that touch `item`, and what they depend on.
-    fn ancestors(&mut self, item: u32, at: usize) -> Option<Vec<u32>> {
+    /// Sets `group` to all from `at` on that touch `item`, and what they depend on; false as above.
+    fn ancestors(&mut self, item: u32, at: usize, group: &mut Vec<u32>) -> bool {
         let model = self.model;
-        let touching = model.touching.of(item).iter().copied().filter(|&unit| self.position[unit as usize] >= at).collect();
-        self.closure(touching, at, |unit| model.previous.of(unit), |position| position >= at)
+        group.clear();
+        group.extend(model.touching.of(item).iter().filter(|&&unit| self.position[unit as usize] >= at));
+        self.close(group, at, |unit| model.previous.of(unit), |position| position >= at)
     }
 
-    fn closure(
+    fn close(
         &mut self,
-        mut group: Vec<u32>,
+        group: &mut Vec<u32>,
         at: usize,
         step: impl Fn(u32) -> &'a [u32],
         inside: impl Fn(usize) -> bool,
-    ) -> Option<Vec<u32>> {
-        for &unit in &group {
+    ) -> bool {
+        for &unit in &*group {
             self.grouped[unit as usize] = true;
         }
         let mut done = 0;
@@ -209,10 +209,10 @@ impl<'a> State<'a> {
             }
             done += 1;
         }
-        for &unit in &group {
+        for &unit in &*group {
             self.grouped[unit as usize] = false;
         }
-        fits.then_some(group)
+        fits
     }
 
     /// Puts the group to the front or the back of a window, and keeps the move if it is the best so far.
@@ -246,7 +246,7 @@ impl<'a> State<'a> {
         self.units = units;
     }
 
-    /// Sets [`lives`](State::lives) to the bytes in use at each position of a window, were its units in this order. False as soon
+    /// Sets [`lives`](Search::lives) to the bytes in use at each position of a window, were its units in this order. False as soon
     /// as they are more than `limit`.
     fn replay(&mut self, start: usize, units: &[u32], limit: Bytes) -> bool {
         let model = self.model;

@@ -88,7 +88,10 @@ pub(super) fn schedule(model: &Model, direction: Direction) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::super::{cells, cull, dependencies, merge};
-    use super::{super::model::unit_edges, *};
+    use super::{
+        super::model::{Touches, unit_edges},
+        *,
+    };
     use crate::Declaration;
 
     #[test]
@@ -113,7 +116,8 @@ mod tests {
         let cells = cells::Cells::new(&declaration);
         let edges = dependencies::dependencies(&declaration, &cells, |_| true);
         let units = merge::merge(&declaration, &cull::cull(&declaration, &cells).0);
-        let model = Model::new(&declaration, &units, &unit_edges(&declaration, &units, &edges)).unwrap();
+        let touches = Touches::new(&declaration, &units).unwrap();
+        let model = Model::new(touches, units.len(), &unit_edges(&declaration, &units, &edges));
         // The consumers add to one result, so they keep their order. What frees comes before what does nothing.
         assert_eq!(schedule(&model, Direction::Forward), [0, 5, 4, 1, 6, 2, 7, 3, 8]);
         assert_eq!(schedule(&model, Direction::Backward), [0, 5, 1, 6, 2, 7, 3, 8, 4]);

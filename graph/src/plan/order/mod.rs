@@ -6,10 +6,11 @@
 //! ```
 //!
 //! Finding the order of least peak is NP-hard (it is register allocation by another name). Frames are mostly recorded well, so
-//! local moves start from the recorded order ([`improve`]), and end where none lowers the peak. Where their effort is spent
-//! before that, the recorded order was far from good, and two of list scheduling ([`list`]) are tried as well, from the front
-//! and from the back, and improved in turn. No order is taken over the recorded one unless its peak is lower, and the result
-//! depends on nothing but the declaration.
+//! local moves start from the recorded order ([`improve`]), and end where none lowers the peak. Where they have not ended
+//! soon, the recorded order was far from good, and two of list scheduling ([`list`]) are asked, from the back and from the front.
+//! One that cannot be better is taken; else the moves go on, and where their effort is spent at last, those two are improved in
+//! turn. No order is taken over the recorded one unless its peak is lower, and the result depends on nothing but the
+//! declaration.
 //!
 //! The nodes are units: passes that run as one render pass stay together. Pinned passes keep their recorded order among
 //! themselves by edges from each to the next.
@@ -18,34 +19,46 @@ mod improve;
 mod list;
 mod model;
 
-use super::{PassOrder, dependencies::Edge, merge::Units};
+use super::{dependencies::Edge, merge::Units};
 use crate::declaration::Declaration;
+use improve::Search;
 use list::Direction;
-use model::{Model, Rows};
+use model::{Model, Rows, Touches};
 use petgraph::graphmap::DiGraphMap;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// What local moves may cost, as touches of resources: this many times those of the frame, and so many in a small frame.
 const EFFORT: usize = 16;
 const LEAST_EFFORT: usize = 4096;
+/// Before list scheduling is asked, local moves may cost one part in so many of that.
+const FIRST: usize = 4;
 
-/// The units in order, or a pass on a cycle.
-pub(super) fn order(
-    declaration: &Declaration,
-    units: &Units,
-    dependencies: &[Edge],
-    order: PassOrder,
-) -> Result<Vec<usize>, usize> {
-    let edges = model::unit_edges(declaration, units, dependencies);
-    let recorded = recorded(units.len(), &edges).map_err(|stuck| units.unit(stuck as usize)[0])?;
-    let sequence = match order {
-        PassOrder::Recorded => recorded,
-        PassOrder::Memory => match Model::new(declaration, units, &edges) {
-            Some(model) => smallest(&model, recorded),
-            None => recorded,
-        },
-    };
-    Ok(sequence.into_iter().map(|unit| unit as usize).collect())
+/// Units that must run, and what must come before what.
+#[derive(Debug)]
+pub(super) struct Orders<'a> {
+    declaration: &'a Declaration,
+    units: &'a Units,
+    edges: Vec<(u32, u32)>,
+}
+
+impl<'a> Orders<'a> {
+    pub(super) fn new(declaration: &'a Declaration, units: &'a Units, dependencies: &[Edge]) -> Self {
+        Self { declaration, units, edges: model::unit_edges(declaration, units, dependencies) }
+    }
+
+    /// The units as recorded, or a pass on a cycle.
+    pub(super) fn recorded(&self) -> Result<Vec<u32>, usize> {
+        recorded(self.units.len(), &self.edges).map_err(|stuck| self.units.unit(stuck as usize)[0])
+    }
+
+    /// An order in which less is in use at once than in the recorded one, where it is `peak` bytes.
+    pub(super) fn smaller(&self, recorded: &[u32], peak: u64) -> Option<Vec<u32>> {
+        let touches = Touches::new(self.declaration, self.units)?;
+        if u64::try_from(touches.bound) == Ok(peak) {
+            return None;
+        }
+        smaller(&Model::new(touches, self.units.len(), &self.edges), recorded)
+    }
 }
 
 /// Of the units that could come next, the one recorded first; or a unit on a cycle.
@@ -80,28 +93,44 @@ fn on_a_cycle(edges: &[(u32, u32)]) -> u32 {
     cycles.flatten().min().unwrap_or(0)
 }
 
-/// The order of the smallest peak that was found; the recorded one unless another's is smaller.
-fn smallest(model: &Model, recorded: Vec<u32>) -> Vec<u32> {
-    let bound = model.bound();
+/// The order of the smallest peak that was found, if that is smaller than the recorded one's.
+fn smaller(model: &Model, recorded: &[u32]) -> Option<Vec<u32>> {
+    let bound = model.bound;
     let effort = (EFFORT * (model.items.len() + model.units as usize)).max(LEAST_EFFORT);
-    let mut best = improve::improve(model, recorded, bound, effort);
-    if best.spent {
-        for direction in [Direction::Forward, Direction::Backward] {
-            let found = improve::improve(model, list::schedule(model, direction), bound, effort);
-            if found.peak < best.peak {
-                best = found;
+    let mut local = Search::new(model, recorded.to_vec());
+    let before = local.peak;
+    let lower = |search: Search<'_>| (search.peak < before).then_some(search.sequence);
+    if local.improve(bound, effort / FIRST) {
+        return lower(local);
+    }
+    let mut listed = Vec::with_capacity(2);
+    for direction in [Direction::Backward, Direction::Forward] {
+        let search = Search::new(model, list::schedule(model, direction));
+        if search.peak <= bound {
+            return lower(search);
+        }
+        listed.push(search);
+    }
+    if !local.improve(bound, effort - effort / FIRST) {
+        for mut search in listed {
+            search.improve(bound, effort);
+            if search.peak < local.peak {
+                local = search;
             }
-            if best.peak <= bound {
+            if local.peak <= bound {
                 break;
             }
         }
     }
-    best.sequence
+    lower(local)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::{PlanOptions, Sharing},
+        *,
+    };
 
     fn edge(from: usize, to: usize) -> Edge {
         Edge { from, to }
@@ -113,9 +142,10 @@ mod tests {
         let frame = format!(r#"{{"frame": "f", "resources": [], "passes": [{passes}]}}"#);
         let declaration = Declaration::from_frame_json(&frame).unwrap();
         let units = super::super::merge::merge(&declaration, live);
-        let sequence = super::order(&declaration, &units, edges, PassOrder::Recorded)?;
-        Ok(units.flatten(sequence).0)
+        let sequence = Orders::new(&declaration, &units, edges).recorded()?;
+        Ok(units.flatten(&sequence).0)
     }
+
     #[test]
     fn recorded_order_breaks_ties() {
         assert_eq!(order(&[true; 4], &[]), Ok(vec![0, 1, 2, 3]));
@@ -160,7 +190,7 @@ mod tests {
         for &pass in pinned {
             declaration.passes[pass].pinned = true;
         }
-        super::super::plan(&declaration, &super::super::PlanOptions::default()).unwrap().order
+        super::super::plan(&declaration, &PlanOptions::default().sharing(Sharing::Placed)).unwrap().order
     }
 
     /// Two producers, then their two consumers.

@@ -46,7 +46,68 @@ impl Rows {
     }
 }
 
-/// Units and what they touch. Items are the transient resources that some unit touches.
+/// What units touch. Items are the transient resources that some unit touches.
+#[derive(Debug)]
+pub(super) struct Touches {
+    /// (unit, item), by unit.
+    pairs: Vec<(u32, u32)>,
+    /// Item to its bytes.
+    bytes: Vec<Bytes>,
+    /// Item to whether it lives to the end.
+    kept: Vec<bool>,
+    /// Item to its number of units, and one more if it lives to the end.
+    uses: Vec<u32>,
+    /// Bytes that no order can do without: the most that one unit touches.
+    pub(super) bound: Bytes,
+}
+
+impl Touches {
+    /// What the passes that run touch; `None` if all bytes together are more than can be counted.
+    pub(super) fn new(declaration: &Declaration, units: &Units) -> Option<Self> {
+        const NONE: u32 = u32::MAX;
+        // Per resource: its item, and the last unit that was seen to touch it.
+        let mut item_of = vec![(NONE, NONE); declaration.resources.len()];
+        let most = declaration.resources.len();
+        let mut touches = Self {
+            pairs: Vec::with_capacity(4 * units.len()),
+            bytes: Vec::with_capacity(most),
+            kept: Vec::with_capacity(most),
+            uses: Vec::with_capacity(most),
+            bound: 0,
+        };
+        let mut total: Bytes = 0;
+        for unit in 0..units.len() {
+            let mut touched = 0;
+            for access in units.unit(unit).iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
+                let (item, seen) = &mut item_of[access.resource];
+                if *seen == unit as u32 {
+                    continue;
+                }
+                *seen = unit as u32;
+                if *item == NONE {
+                    let resource = &declaration.resources[access.resource];
+                    if resource.origin != Origin::Transient || resource.bytes == 0 {
+                        continue;
+                    }
+                    *item = touches.bytes.len() as u32;
+                    let size = Bytes::try_from(resource.bytes).ok()?;
+                    // Costs are differences of sums: half the range is left to them.
+                    total = total.checked_add(size).filter(|total| *total <= Bytes::MAX / 4)?;
+                    touches.bytes.push(size);
+                    touches.kept.push(resource.keep);
+                    touches.uses.push(u32::from(resource.keep));
+                }
+                touched += touches.bytes[*item as usize];
+                touches.uses[*item as usize] += 1;
+                touches.pairs.push((unit as u32, *item));
+            }
+            touches.bound = touches.bound.max(touched);
+        }
+        Some(touches)
+    }
+}
+
+/// Units, what they touch, and what must come before what.
 #[derive(Debug)]
 pub(super) struct Model {
     /// Number of units.
@@ -59,64 +120,27 @@ pub(super) struct Model {
     pub(super) items: Rows,
     /// Item to units, each once, ascending.
     pub(super) touching: Rows,
-    /// Item to its bytes.
+    /// As in [`Touches`].
     pub(super) bytes: Vec<Bytes>,
-    /// Item to whether it lives to the end.
     pub(super) kept: Vec<bool>,
-    /// Item to its number of units, and one more if it lives to the end.
     pub(super) uses: Vec<u32>,
+    pub(super) bound: Bytes,
 }
 
 impl Model {
-    /// The model of the passes that run; `None` if all bytes together are more than can be counted.
-    pub(super) fn new(declaration: &Declaration, units: &Units, edges: &[(u32, u32)]) -> Option<Self> {
-        const NONE: u32 = u32::MAX;
-        let count = units.len();
-        // Per resource: its item, and the last unit that was seen to touch it.
-        let mut item_of = vec![(NONE, NONE); declaration.resources.len()];
-        let (mut bytes, mut kept, mut uses) = (Vec::new(), Vec::new(), Vec::new());
-        // (unit, item)
-        let mut touches: Vec<(u32, u32)> = Vec::with_capacity(4 * units.len());
-        let mut total: Bytes = 0;
-        for unit in 0..count {
-            for access in units.unit(unit).iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
-                let (item, seen) = &mut item_of[access.resource];
-                if *seen == unit as u32 {
-                    continue;
-                }
-                *seen = unit as u32;
-                if *item == NONE {
-                    let resource = &declaration.resources[access.resource];
-                    if resource.origin != Origin::Transient || resource.bytes == 0 {
-                        continue;
-                    }
-                    *item = bytes.len() as u32;
-                    let size = Bytes::try_from(resource.bytes).ok()?;
-                    // Costs are differences of sums: half the range is left to them.
-                    total = total.checked_add(size).filter(|total| *total <= Bytes::MAX / 4)?;
-                    bytes.push(size);
-                    kept.push(resource.keep);
-                    uses.push(u32::from(resource.keep));
-                }
-                uses[*item as usize] += 1;
-                touches.push((unit as u32, *item));
-            }
-        }
-        Some(Self {
-            units: count as u32,
-            next: Rows::new(count, edges.iter().copied()),
-            previous: Rows::new(count, edges.iter().map(|&(from, to)| (to, from))),
-            items: Rows::new(count, touches.iter().copied()),
-            touching: Rows::new(bytes.len(), touches.iter().map(|&(unit, item)| (item, unit))),
+    pub(super) fn new(touches: Touches, units: usize, edges: &[(u32, u32)]) -> Self {
+        let Touches { pairs, bytes, kept, uses, bound } = touches;
+        Self {
+            units: units as u32,
+            next: Rows::new(units, edges.iter().copied()),
+            previous: Rows::new(units, edges.iter().map(|&(from, to)| (to, from))),
+            items: Rows::new(units, pairs.iter().copied()),
+            touching: Rows::new(bytes.len(), pairs.iter().map(|&(unit, item)| (item, unit))),
             bytes,
             kept,
             uses,
-        })
-    }
-
-    /// Bytes that no order can do without: the most that one unit touches.
-    pub(super) fn bound(&self) -> Bytes {
-        (0..self.units).map(|unit| self.items.of(unit).iter().map(|&item| self.bytes[item as usize]).sum()).max().unwrap_or(0)
+            bound,
+        }
     }
 }
 

@@ -17,9 +17,8 @@
 //! Rejected: one arena with a barrier by hand, which wgpu has not; one arena per usage, since most buffers are first written
 //! and then read.
 
-use super::{ALIGN, Item, Lot, SlotKind, bytes, pack, pool};
-use crate::declaration::{Access, Declaration, PassKind, ResourceKind};
-use std::ops::Range;
+use super::{super::merge::Units, ALIGN, Item, Lots, SlotKind, pack};
+use crate::declaration::{Access, Declaration, Origin, PassKind, ResourceDecl, ResourceKind};
 
 /// No arena is larger (bytes): `max_buffer_size` of `WebGPU`'s default limits.
 pub(in super::super) const LARGEST_ARENA: u64 = 256 << 20;
@@ -31,7 +30,6 @@ const MOST_ARENAS: usize = 8;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Use {
     #[default]
-    No,
     Read,
     /// In a shader.
     Write,
@@ -49,118 +47,133 @@ impl Use {
     }
 }
 
-/// Places all buffers among `items`: in arenas, or in objects of equal size where those take less.
-pub(super) fn buffers<'a>(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], items: &'a [Item]) -> Vec<Lot<'a>> {
-    let is_buffer = |item: &&Item| matches!(declaration.resources[item.resource].kind, ResourceKind::Buffer(_));
-    let buffers: Vec<&Item> = items.iter().filter(is_buffer).collect();
-    if buffers.is_empty() {
-        return Vec::new();
+/// Which buffers lie in which arena.
+#[derive(Debug, Default)]
+pub(super) struct Colours {
+    /// Items of each, by time of first use.
+    pub(super) members: Vec<Vec<u32>>,
+    /// Items that lie in none.
+    pub(super) apart: Vec<u32>,
+}
+
+impl Colours {
+    /// Of the buffers among `items`.
+    pub(super) fn new(uses: &Uses, items: &[Item], buffers: &[u32]) -> Self {
+        // Unit to the arenas, as bits, that are used there in each of the three ways.
+        let mut states = vec![[0_u8; 3]; uses.units];
+        let mut colours = Self::default();
+        for &buffer in buffers {
+            let item = &items[buffer as usize];
+            let uses_of = uses.of(item.resource);
+            let taken = uses_of.iter().fold(0, |taken, &(unit, how)| {
+                let state = states[unit as usize];
+                taken | state[(how as usize + 1) % 3] | state[(how as usize + 2) % 3]
+            });
+            let colour = taken.trailing_ones() as usize;
+            let fits = colour < MOST_ARENAS && item.bytes > 0 && item.bytes <= LARGEST_ARENA;
+            if !fits || uses.by_closure[item.resource] {
+                colours.apart.push(buffer);
+                continue;
+            }
+            if colour == colours.members.len() {
+                colours.members.push(Vec::with_capacity(buffers.len()));
+            }
+            for &(unit, how) in uses_of {
+                states[unit as usize][how as usize] |= 1 << colour;
+            }
+            colours.members[colour].push(buffer);
+        }
+        colours
     }
-    let uses = Uses::new(declaration, order, steps, &buffers);
-    let mut colours: Vec<Vec<Use>> = Vec::new();
-    let mut members: Vec<Vec<&Item>> = Vec::new();
-    let mut whole: Vec<&Item> = Vec::new();
-    for (index, &item) in buffers.iter().enumerate() {
-        if uses.by_closure[index] || item.bytes == 0 || item.bytes > LARGEST_ARENA {
-            whole.push(item);
-            continue;
-        }
-        let uses = uses.of(index);
-        let fits = |states: &Vec<Use>| uses.iter().all(|&(step, how)| [Use::No, how].contains(&states[step as usize]));
-        let colour = colours.iter().position(fits).unwrap_or(colours.len());
-        if colour == MOST_ARENAS {
-            whole.push(item);
-            continue;
-        }
-        if colour == colours.len() {
-            colours.push(vec![Use::No; steps.len()]);
-            members.push(Vec::new());
-        }
-        for &(step, how) in uses {
-            colours[colour][step as usize] = how;
-        }
-        members[colour].push(item);
-    }
-    let mut in_arenas: Vec<Lot<'_>> = members.into_iter().flat_map(arenas).collect();
-    in_arenas.extend(pool::buffers(whole.into_iter()));
-    let objects = pool::buffers(buffers.into_iter());
-    if bytes(&in_arenas) <= bytes(&objects) { in_arenas } else { objects }
 }
 
 /// Packs buffers of one colour into one arena, or into more where one would be too large.
-fn arenas(mut items: Vec<&Item>) -> Vec<Lot<'_>> {
-    let mut lots = Vec::new();
-    while !items.is_empty() {
-        let blocks: Vec<pack::Block> = items.iter().map(|item| item.block(item.bytes, ALIGN)).collect();
-        let mut lot = Lot { kind: SlotKind::Arena, bytes: 0, members: Vec::with_capacity(items.len()) };
-        let mut left = Vec::new();
-        for (item, offset) in items.into_iter().zip(pack::pack(&blocks, u64::MAX).offsets) {
-            let end = offset.saturating_add(item.bytes);
-            if end <= LARGEST_ARENA {
-                lot.bytes = lot.bytes.max(end);
-                lot.members.push((item, offset));
-            } else {
-                left.push(item);
+pub(super) fn pack(items: &[Item], members: &[u32], lots: &mut Lots) {
+    let mut members = members.to_vec();
+    while !members.is_empty() {
+        let blocks: Vec<pack::Block> = members
+            .iter()
+            .map(|&member| {
+                let item = &items[member as usize];
+                item.block(item.bytes, ALIGN)
+            })
+            .collect();
+        let packing = pack::pack(&blocks, u64::MAX);
+        let mut places = packing.offsets.iter().zip(&blocks);
+        let arena = lots.open(SlotKind::Arena, 0);
+        let mut height = 0;
+        members.retain(|&member| {
+            let Some((&offset, block)) = places.next() else { return false };
+            let end = offset.saturating_add(block.bytes);
+            let fits = end <= LARGEST_ARENA;
+            if fits {
+                height = height.max(end);
+                lots.put(member, arena, offset);
             }
-        }
-        lots.push(lot);
-        items = left;
+            !fits
+        });
+        lots.slots[arena as usize].1 = height;
     }
-    lots
 }
 
-/// Per buffer: the steps that use it, and how.
+/// Per transient buffer: the units that use it, and how. A unit is what runs as one step, whatever the order.
 #[derive(Debug)]
-struct Uses {
-    starts: Vec<usize>,
+pub(in super::super) struct Uses {
+    units: usize,
+    /// By resource: where its entries of `found` begin.
+    starts: Vec<u32>,
     found: Vec<(u32, Use)>,
+    /// By resource.
     by_closure: Vec<bool>,
 }
 
 impl Uses {
-    fn new(declaration: &Declaration, order: &[usize], steps: &[Range<usize>], buffers: &[&Item]) -> Self {
-        let mut index_of = vec![u32::MAX; declaration.resources.len()];
-        for (index, item) in buffers.iter().enumerate() {
-            index_of[item.resource] = index as u32;
-        }
-        let mut by_closure = vec![false; buffers.len()];
-        let mut found: Vec<(u32, u32, Use)> = Vec::new();
-        for (step, positions) in steps.iter().enumerate() {
-            let before = found.len();
-            for pass in order[positions.clone()].iter().map(|&pass| &declaration.passes[pass]) {
+    pub(in super::super) fn new(declaration: &Declaration, units: &Units) -> Self {
+        const NONE: u32 = u32::MAX;
+        /// The last of `found` about it, for a resource that is no transient buffer.
+        const OTHER: u32 = u32::MAX - 1;
+        let is_buffer =
+            |resource: &ResourceDecl| resource.origin == Origin::Transient && matches!(resource.kind, ResourceKind::Buffer(_));
+        let resources = &declaration.resources;
+        let mut last: Vec<u32> = resources.iter().map(|resource| if is_buffer(resource) { NONE } else { OTHER }).collect();
+        let mut by_closure = vec![false; resources.len()];
+        let mut found: Vec<(u32, u32, Use)> = Vec::with_capacity(2 * resources.len());
+        let mut starts = vec![0_u32; resources.len() + 2];
+        for unit in 0..units.len() as u32 {
+            for pass in units.unit(unit as usize).iter().map(|&pass| &declaration.passes[pass]) {
                 for access in &pass.accesses {
-                    let index = index_of[access.resource];
-                    if index == u32::MAX {
+                    let last = &mut last[access.resource];
+                    if *last == OTHER {
                         continue;
                     }
-                    by_closure[index as usize] |= pass.kind == PassKind::Closure;
-                    // Several uses by one step: what it writes, it writes.
-                    match found[before..].iter_mut().find(|(other, ..)| *other == index) {
+                    by_closure[access.resource] |= pass.kind == PassKind::Closure;
+                    // Several uses by one unit: what it writes, it writes.
+                    match found.get_mut(*last as usize).filter(|(_, before, _)| *before == unit) {
                         Some((_, _, how)) if *how == Use::Read => *how = Use::of(access),
                         Some(_) => {}
-                        None => found.push((index, step as u32, Use::of(access))),
+                        None => {
+                            *last = found.len() as u32;
+                            found.push((access.resource as u32, unit, Use::of(access)));
+                            starts[access.resource + 2] += 1;
+                        }
                     }
                 }
             }
         }
-        let mut starts = vec![0; buffers.len() + 2];
-        for (index, ..) in &found {
-            starts[*index as usize + 2] += 1;
-        }
         for at in 2..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut by_buffer = vec![(0, Use::No); found.len()];
-        for (index, step, how) in found {
-            let at = &mut starts[index as usize + 1];
-            by_buffer[*at] = (step, how);
+        let mut by_resource = vec![(0, Use::Read); found.len()];
+        for (resource, unit, how) in found {
+            let at = &mut starts[resource as usize + 1];
+            by_resource[*at as usize] = (unit, how);
             *at += 1;
         }
-        Self { starts, found: by_buffer, by_closure }
+        Self { units: units.len(), starts, found: by_resource, by_closure }
     }
 
-    fn of(&self, index: usize) -> &[(u32, Use)] {
-        &self.found[self.starts[index]..self.starts[index + 1]]
+    fn of(&self, resource: usize) -> &[(u32, Use)] {
+        &self.found[self.starts[resource] as usize..self.starts[resource + 1] as usize]
     }
 }
 

@@ -3,39 +3,35 @@
 //! What cannot lie there has an object of its own: attachments that have no memory outside their render pass, and resources
 //! whose bytes nobody knows.
 
-use super::{Item, Lot, Need, SlotKind, is_transient_attachment, pack};
+use super::{Item, Lots, Need, SlotKind, is_transient_attachment, pack};
 use crate::declaration::Declaration;
 
 /// Places all items; more effort is spent while they take more than `goal` bytes.
-pub(in super::super) fn heaps<'a>(
-    declaration: &Declaration,
-    items: &'a [Item],
-    needs: &dyn Fn(usize, u32) -> Need,
-    goal: u64,
-) -> Vec<Lot<'a>> {
-    let mut lots = Vec::new();
+pub(in super::super) fn heaps(declaration: &Declaration, items: &[Item], needs: &dyn Fn(usize, u32) -> Need, goal: u64) -> Lots {
+    let mut lots = Lots::new(items.len());
     // By class; few differ.
-    let mut heaps: Vec<(u32, Vec<&Item>, Vec<pack::Block>)> = Vec::new();
-    for item in items {
+    let mut heaps: Vec<(u32, Vec<u32>, Vec<pack::Block>)> = Vec::new();
+    for (index, item) in (0..).zip(items) {
         let need = needs(item.resource, item.usage);
         if item.bytes == 0 || is_transient_attachment(declaration, item) {
-            lots.push(Lot::object(item));
+            lots.object(items, index);
             continue;
         }
         let block = item.block(need.bytes, need.align);
-        match heaps.iter_mut().find(|(class, ..)| *class == need.class) {
-            Some((_, members, blocks)) => {
-                members.push(item);
-                blocks.push(block);
-            }
-            None => heaps.push((need.class, vec![item], vec![block])),
-        }
+        let at = heaps.iter().position(|(class, ..)| *class == need.class).unwrap_or_else(|| {
+            heaps.push((need.class, Vec::with_capacity(items.len()), Vec::with_capacity(items.len())));
+            heaps.len() - 1
+        });
+        heaps[at].1.push(index);
+        heaps[at].2.push(block);
     }
     heaps.sort_by_key(|(class, ..)| *class);
     for (_, members, blocks) in heaps {
         let packing = pack::pack(&blocks, goal);
-        let members = members.into_iter().zip(packing.offsets).collect();
-        lots.push(Lot { kind: SlotKind::Heap, bytes: packing.height, members });
+        let heap = lots.open(SlotKind::Heap, packing.height);
+        for (item, offset) in members.into_iter().zip(packing.offsets) {
+            lots.put(item, heap, offset);
+        }
     }
     lots
 }

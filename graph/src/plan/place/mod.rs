@@ -4,24 +4,27 @@
 //! |---|---|---|
 //! | `Off` | each its own object | each its own object |
 //! | `Exact` | one object for equal descriptions | one object for equal sizes |
-//! | `Merged` | one object for descriptions of which one serves all ([`pool`]) | ranges of arenas ([`arena`]) |
+//! | `Merged` ([`merged`]) | one object for descriptions of which one serves all ([`pool`]) | ranges of arenas ([`arena`]) |
 //! | `Placed` | offsets of heaps ([`heap`]) | offsets of heaps |
 //!
 //! Two resources in use at the same position never share a byte, whichever way.
 
 mod arena;
 mod heap;
+mod merged;
 mod pack;
 mod pool;
 
 use super::{
     ALIGN, Need,
     lifetimes::{Lifetime, transient},
+    timeline::Timeline,
 };
 use crate::declaration::{Declaration, ResourceKind};
+pub(super) use arena::Uses;
 pub(super) use heap::heaps;
+pub(super) use merged::{Draft, least};
 pub(super) use pool::{alone, exact};
-use std::ops::Range;
 
 /// One object and the transient resources it holds.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -79,28 +82,24 @@ impl Item {
 }
 
 /// The transient resources in use, by time of first use.
-pub(super) fn items(declaration: &Declaration, lifetimes: &[Option<Lifetime>], usages: &[u32]) -> Vec<Item> {
-    let mut items: Vec<Item> = transient(declaration, lifetimes)
-        .map(|(resource, lifetime)| {
-            let (bytes, usage) = (declaration.resources[resource].bytes, usages[resource]);
-            Item { resource, lifetime, bytes, usage }
-        })
-        .collect();
-    items.sort_unstable_by_key(|item| (item.lifetime.first, item.resource));
+pub(super) fn items(declaration: &Declaration, timeline: &Timeline, usages: &[u32]) -> Vec<Item> {
+    // A counting sort by the first position: those of one position stay in the order of resources.
+    let mut starts = vec![0_u32; timeline.order.len() + 1];
+    for (_, lifetime) in transient(declaration, &timeline.lifetimes) {
+        starts[lifetime.first + 1] += 1;
+    }
+    for at in 1..starts.len() {
+        starts[at] += starts[at - 1];
+    }
+    let count = starts.last().map_or(0, |&count| count as usize);
+    let mut items = vec![Item { resource: 0, lifetime: Lifetime { first: 0, last: 0 }, bytes: 0, usage: 0 }; count];
+    for (resource, lifetime) in transient(declaration, &timeline.lifetimes) {
+        let (bytes, usage) = (declaration.resources[resource].bytes, usages[resource]);
+        let at = &mut starts[lifetime.first];
+        items[*at as usize] = Item { resource, lifetime, bytes, usage };
+        *at += 1;
+    }
     items
-}
-
-/// Textures in objects of merged descriptions, buffers in arenas.
-pub(super) fn merged<'a>(
-    declaration: &'a Declaration,
-    order: &[usize],
-    steps: &[Range<usize>],
-    items: &'a [Item],
-) -> Vec<Lot<'a>> {
-    let is_texture = |item: &&Item| matches!(declaration.resources[item.resource].kind, ResourceKind::Texture(_));
-    let mut lots = pool::textures(declaration, items.iter().filter(is_texture));
-    lots.extend(arena::buffers(declaration, order, steps, items));
-    lots
 }
 
 /// Whether it is a texture that has no memory outside its render pass.
@@ -109,24 +108,56 @@ fn is_transient_attachment(declaration: &Declaration, item: &Item) -> bool {
         && item.usage & wgpu::TextureUsages::TRANSIENT_ATTACHMENT.bits() != 0
 }
 
-/// A slot to be: its items with their offsets.
-#[derive(Debug)]
-pub(super) struct Lot<'a> {
-    kind: SlotKind,
-    bytes: u64,
-    members: Vec<(&'a Item, u64)>,
+/// Slots to be, and where the items lie in them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lots {
+    /// What each is, and its bytes.
+    slots: Vec<(SlotKind, u64)>,
+    /// Item to its lot and its offset there. Items that have none yet are at [`NOWHERE`].
+    places: Vec<(u32, u64)>,
 }
 
-impl<'a> Lot<'a> {
-    /// An object for one item.
-    fn object(item: &'a Item) -> Self {
-        Self { kind: SlotKind::Object, bytes: item.bytes, members: vec![(item, 0)] }
+/// No lot.
+const NOWHERE: u32 = u32::MAX;
+
+impl Lots {
+    /// None, for so many items.
+    fn new(items: usize) -> Self {
+        Self { slots: Vec::new(), places: vec![(NOWHERE, 0); items] }
     }
-}
 
-/// Bytes of all.
-pub(super) fn bytes(lots: &[Lot<'_>]) -> u64 {
-    lots.iter().fold(0, |total, lot| total.saturating_add(lot.bytes))
+    /// One more.
+    fn open(&mut self, kind: SlotKind, bytes: u64) -> u32 {
+        self.slots.push((kind, bytes));
+        self.slots.len() as u32 - 1
+    }
+
+    /// An object for one item.
+    fn object(&mut self, items: &[Item], item: u32) -> u32 {
+        let lot = self.open(SlotKind::Object, items[item as usize].bytes);
+        self.put(item, lot, 0);
+        lot
+    }
+
+    fn put(&mut self, item: u32, lot: u32, offset: u64) {
+        self.places[item as usize] = (lot, offset);
+    }
+
+    /// Adds the lots of other items.
+    fn join(&mut self, other: &Self) {
+        let first = self.slots.len() as u32;
+        self.slots.extend_from_slice(&other.slots);
+        for (place, &(lot, offset)) in self.places.iter_mut().zip(&other.places) {
+            if lot != NOWHERE {
+                *place = (first + lot, offset);
+            }
+        }
+    }
+
+    /// Bytes of all.
+    pub(super) fn bytes(&self) -> u64 {
+        self.slots.iter().fold(0, |total, (_, bytes)| total.saturating_add(*bytes))
+    }
 }
 
 /// Where transient resources lie.
@@ -138,25 +169,28 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// Slots by time of first use.
-    pub(super) fn new(declaration: &Declaration, mut lots: Vec<Lot<'_>>) -> Self {
-        let by_time = |item: &Item| (item.lifetime.first, item.resource);
-        for lot in &mut lots {
-            lot.members.sort_unstable_by_key(|(item, _)| by_time(item));
+    /// Slots by time of first use, which is the order of the items.
+    pub(super) fn new(resources: usize, items: &[Item], lots: &Lots) -> Self {
+        let mut members = vec![0_u32; lots.slots.len()];
+        for &(lot, _) in &lots.places {
+            members[lot as usize] += 1;
         }
-        lots.sort_unstable_by_key(|lot| lot.members.first().map(|(item, _)| by_time(item)));
-        let resources = declaration.resources.len();
+        let mut opened = vec![NOWHERE; lots.slots.len()];
+        let mut slots: Vec<Slot> = Vec::with_capacity(lots.slots.len());
         let (mut slot_of, mut offsets) = (vec![None; resources], vec![None; resources]);
-        let mut slots = Vec::with_capacity(lots.len());
-        for lot in lots {
-            let mut slot = Slot { kind: lot.kind, bytes: lot.bytes, usage: 0, resources: Vec::with_capacity(lot.members.len()) };
-            for (item, offset) in lot.members {
-                slot.usage |= item.usage;
-                slot.resources.push(item.resource);
-                slot_of[item.resource] = Some(slots.len());
-                offsets[item.resource] = Some(offset);
+        for (item, &(lot, offset)) in items.iter().zip(&lots.places) {
+            let slot = &mut opened[lot as usize];
+            if *slot == NOWHERE {
+                *slot = slots.len() as u32;
+                let (kind, bytes) = lots.slots[lot as usize];
+                let resources = Vec::with_capacity(members[lot as usize] as usize);
+                slots.push(Slot { kind, bytes, usage: 0, resources });
             }
-            slots.push(slot);
+            let index = *slot as usize;
+            slots[index].usage |= item.usage;
+            slots[index].resources.push(item.resource);
+            slot_of[item.resource] = Some(index);
+            offsets[item.resource] = Some(offset);
         }
         Self { slots, slot_of, offsets }
     }

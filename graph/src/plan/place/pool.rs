@@ -12,32 +12,38 @@
 //! into the times they leave. An object is added only when all those of the same description are busy, so this never takes
 //! more than equal descriptions would.
 
-use super::{Item, Lot, is_transient_attachment};
+use super::{Item, Lots, is_transient_attachment};
 use crate::{
     TextureDesc,
     declaration::{Declaration, ResourceKind},
+    hash::FoldedMap,
 };
-use std::{
-    cmp::Reverse,
-    collections::{BinaryHeap, HashMap},
-    hash::{BuildHasherDefault, Hash, Hasher},
-};
+use std::{cmp::Reverse, collections::BinaryHeap, hash::Hash};
 
 /// Each its own object.
-pub(in super::super) fn alone(items: &[Item]) -> Vec<Lot<'_>> {
-    items.iter().map(Lot::object).collect()
+pub(in super::super) fn alone(items: &[Item]) -> Lots {
+    let mut lots = Lots::new(items.len());
+    lots.slots.reserve(items.len());
+    for item in 0..items.len() as u32 {
+        lots.object(items, item);
+    }
+    lots
 }
 
 /// One object for resources of equal description and usages.
-pub(in super::super) fn exact<'a>(declaration: &'a Declaration, items: &'a [Item]) -> Vec<Lot<'a>> {
-    let groups = groups(items.iter(), |item| (texture(declaration, item), words(item), item.usage));
-    groups.into_iter().flat_map(in_turn).collect()
+pub(in super::super) fn exact(declaration: &Declaration, items: &[Item]) -> Lots {
+    let mut lots = Lots::new(items.len());
+    let all: Vec<u32> = (0..items.len() as u32).collect();
+    let groups = Groups::new(items, &all, |item| (texture(declaration, item), words(item), item.usage));
+    let mut turns = Turns::default();
+    groups.iter().for_each(|group| turns.share(items, group.iter().copied(), &mut lots));
+    lots
 }
 
 /// One object for textures of which one description serves all.
-pub(super) fn textures<'a>(declaration: &'a Declaration, items: impl Iterator<Item = &'a Item>) -> Vec<Lot<'a>> {
-    let mut lots = Vec::new();
-    for group in groups(items, |item| {
+pub(super) fn textures(declaration: &Declaration, items: &[Item], textures: &[u32], lots: &mut Lots) {
+    let mut turns = Turns::default();
+    let groups = Groups::new(items, textures, |item| {
         let desc = texture(declaration, item)?;
         // A volume has no layers to leave out.
         let flat = desc.dimension == wgpu::TextureDimension::D2;
@@ -45,20 +51,27 @@ pub(super) fn textures<'a>(declaration: &'a Declaration, items: impl Iterator<It
         let mips = if flat { 1 } else { desc.mip_level_count };
         let one_pass = is_transient_attachment(declaration, item);
         Some((extent, mips, desc.sample_count, desc.dimension, desc.format, one_pass))
-    }) {
-        let room = |item: &Item| Room::of(declaration, item);
-        if group.iter().all(|item| room(item) == room(group[0])) {
-            lots.extend(in_turn(group));
-            continue;
+    });
+    for group in groups.iter() {
+        let room = |item: u32| Room::of(declaration, &items[item as usize]);
+        let first = room(group[0]);
+        if group.iter().all(|&item| room(item) == first) {
+            turns.share(items, group.iter().copied(), lots);
+        } else {
+            largest_first(items, group, room, lots);
         }
-        lots.extend(largest_first(group, room));
     }
-    lots
 }
 
 /// One object for buffers of equal size.
-pub(super) fn buffers<'a>(items: impl Iterator<Item = &'a Item>) -> Vec<Lot<'a>> {
-    groups(items, words).into_iter().flat_map(in_turn).collect()
+pub(super) fn buffers(items: &[Item], buffers: &[u32], lots: &mut Lots) {
+    let mut sorted: Vec<(u64, u32)> = buffers.iter().map(|&buffer| (words(&items[buffer as usize]), buffer)).collect();
+    sorted.sort_unstable();
+    lots.slots.reserve(sorted.len());
+    let mut turns = Turns::default();
+    for group in sorted.chunk_by(|one, other| one.0 == other.0) {
+        turns.share(items, group.iter().map(|&(_, buffer)| buffer), lots);
+    }
 }
 
 fn texture<'a>(declaration: &'a Declaration, item: &Item) -> Option<&'a TextureDesc> {
@@ -92,103 +105,103 @@ impl Room {
     }
 }
 
-/// Items by key, in order of the first of each.
-fn groups<'a, K: Hash + Eq>(items: impl Iterator<Item = &'a Item>, key: impl Fn(&'a Item) -> K) -> Vec<Vec<&'a Item>> {
-    let mut groups: Vec<Vec<&Item>> = Vec::new();
-    let mut index: HashMap<K, usize, BuildHasherDefault<Mix>> =
-        HashMap::with_capacity_and_hasher(64, BuildHasherDefault::default());
-    for item in items {
-        let group = *index.entry(key(item)).or_insert(groups.len());
-        if group == groups.len() {
-            groups.push(Vec::new());
-        }
-        groups[group].push(item);
-    }
-    groups
+/// Items of equal key, in one vector; groups by the first of each, items as they came.
+#[derive(Debug)]
+struct Groups {
+    starts: Vec<u32>,
+    members: Vec<u32>,
 }
 
-/// Hashes descriptions: a few small numbers that nobody chooses against us, so a multiplication for each will do.
-#[derive(Default)]
-struct Mix(u64);
-
-impl Hasher for Mix {
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_u64(byte.into());
+impl Groups {
+    fn new<'a, K: Hash + Eq>(items: &'a [Item], members: &[u32], key: impl Fn(&'a Item) -> K) -> Self {
+        if members.is_empty() {
+            return Self { starts: vec![0], members: Vec::new() };
         }
+        let mut group_of: FoldedMap<K, u32> = FoldedMap::with_capacity_and_hasher(members.len().min(64), <_>::default());
+        let mut groups: Vec<u32> = Vec::with_capacity(members.len());
+        // Counts, then a running sum that is moved on as the groups fill: it begins one place early.
+        let mut starts: Vec<u32> = Vec::with_capacity(members.len().min(64) + 2);
+        starts.extend([0, 0]);
+        for &member in members {
+            let next = starts.len() as u32 - 2;
+            let group = *group_of.entry(key(&items[member as usize])).or_insert(next);
+            if group == next {
+                starts.push(0);
+            }
+            starts[group as usize + 2] += 1;
+            groups.push(group);
+        }
+        for at in 2..starts.len() {
+            starts[at] += starts[at - 1];
+        }
+        let mut sorted = vec![0; members.len()];
+        for (&member, group) in members.iter().zip(groups) {
+            let at = &mut starts[group as usize + 1];
+            sorted[*at as usize] = member;
+            *at += 1;
+        }
+        starts.pop();
+        Self { starts, members: sorted }
     }
 
-    fn write_u32(&mut self, word: u32) {
-        self.write_u64(word.into());
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        self.0 = (self.0 ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23);
-    }
-
-    fn write_usize(&mut self, word: usize) {
-        self.write_u64(word as u64);
-    }
-
-    fn write_isize(&mut self, word: isize) {
-        self.write_u64(word as u64);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
+    fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        self.starts.windows(2).map(|range| &self.members[range[0] as usize..range[1] as usize])
     }
 }
 
-/// Items by first use; each takes the object that has been free longest.
-fn in_turn(items: Vec<&Item>) -> Vec<Lot<'_>> {
-    if let [item] = items[..] {
-        return vec![Lot::object(item)];
-    }
-    let mut lots: Vec<Lot<'_>> = Vec::new();
-    // Last positions of lots, with the lots; earliest first.
-    let mut ends: BinaryHeap<Reverse<(usize, usize)>> = BinaryHeap::new();
-    for item in items {
-        let lot = match ends.peek() {
-            Some(&Reverse((end, lot))) if end < item.lifetime.first => {
-                ends.pop();
-                lots[lot].members.push((item, 0));
-                lot
+/// Objects that are taken in turn.
+#[derive(Debug, Default)]
+struct Turns {
+    /// Last positions of lots, with the lots; earliest first.
+    ends: BinaryHeap<Reverse<(usize, u32)>>,
+}
+
+impl Turns {
+    /// Items by first use; each takes the object that has been free longest.
+    fn share(&mut self, items: &[Item], group: impl ExactSizeIterator<Item = u32>, lots: &mut Lots) {
+        let alone = group.len() == 1;
+        self.ends.clear();
+        for index in group {
+            let lifetime = items[index as usize].lifetime;
+            let lot = match self.ends.peek() {
+                Some(&Reverse((end, lot))) if end < lifetime.first => {
+                    self.ends.pop();
+                    lots.put(index, lot, 0);
+                    lot
+                }
+                _ => lots.object(items, index),
+            };
+            if !alone {
+                self.ends.push(Reverse((lifetime.last, lot)));
             }
-            _ => {
-                lots.push(Lot::object(item));
-                lots.len() - 1
-            }
-        };
-        ends.push(Reverse((item.lifetime.last, lot)));
+        }
     }
-    lots
 }
 
 /// The largest first, equal ones by first use; each takes the first object that is free over its life and has room for it.
-fn largest_first(mut items: Vec<&Item>, room: impl Fn(&Item) -> Room) -> Vec<Lot<'_>> {
-    items.sort_by_key(|&item| (Reverse(room(item)), item.lifetime.first));
-    let mut lots: Vec<Lot<'_>> = Vec::new();
+fn largest_first(items: &[Item], group: &[u32], room: impl Fn(u32) -> Room, lots: &mut Lots) {
+    let mut group = group.to_vec();
+    group.sort_by_key(|&item| (Reverse(room(item)), items[item as usize].lifetime.first));
     // Per lot: its room, and the lives it holds, sorted.
-    let mut held: Vec<(Room, Vec<(usize, usize)>)> = Vec::new();
-    for item in items {
-        let (wanted, life) = (room(item), (item.lifetime.first, item.lifetime.last));
-        let found = held.iter_mut().position(|(room, lives)| {
+    let mut held: Vec<(u32, Room, Vec<(usize, usize)>)> = Vec::new();
+    for index in group {
+        let lifetime = items[index as usize].lifetime;
+        let (wanted, life) = (room(index), (lifetime.first, lifetime.last));
+        let found = held.iter_mut().find_map(|(lot, room, lives)| {
             let at = lives.partition_point(|other| other.0 < life.0);
             let free = (at == 0 || lives[at - 1].1 < life.0) && lives.get(at).is_none_or(|next| life.1 < next.0);
             let fits = free && room.serves(wanted);
             if fits {
                 lives.insert(at, life);
             }
-            fits
+            fits.then_some(*lot)
         });
         if let Some(lot) = found {
-            lots[lot].members.push((item, 0));
+            lots.put(index, lot, 0);
         } else {
-            lots.push(Lot::object(item));
-            held.push((wanted, vec![life]));
+            held.push((lots.object(items, index), wanted, vec![life]));
         }
     }
-    lots
 }
 
 #[cfg(test)]
