@@ -41,6 +41,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/camera.wgsl",
     "shared/dispatch.wgsl",
     "shared/emission.wgsl",
+    "shared/environment.wgsl",
     "shared/estimate.wgsl",
     "shared/gbuffer.wgsl",
     "shared/hash_grid.wgsl",
