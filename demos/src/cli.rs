@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::values::{Assignment, EnvironmentArg, ImageSize, LightPhotons, Shown, parse_count, parse_positive, parse_radius, parse_strategy};
+use crate::values::{
+    Assignment, EnvironmentArg, ImageSize, LightPhotons, Shown, parse_count, parse_positive, parse_radius, parse_strategy,
+};
 
 /// Renders glTF scenes by photon density estimation and compares the estimators.
 ///

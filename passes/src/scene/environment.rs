@@ -123,9 +123,8 @@ impl Map {
         let Some(environment) = environment else { return Self { size: [2, 1], texels: vec![[0.0, 0.0, 0.0, 1.0]; 2] } };
         let [width, height] = environment.size;
         let rows: Vec<&[[f32; 3]]> = environment.radiance.chunks_exact(width as usize).collect();
-        let row_weights: Vec<f64> = (0..height)
-            .map(|row| rows[row as usize].iter().map(luminance).sum::<f64>() * environment.solid_angle(row))
-            .collect();
+        let row_weights: Vec<f64> =
+            (0..height).map(|row| rows[row as usize].iter().map(luminance).sum::<f64>() * environment.solid_angle(row)).collect();
         let of_rows = cumulative(&row_weights);
         let mut texels = Vec::with_capacity((width as usize + 1) * height as usize);
         for (row, before) in rows.iter().zip(of_rows) {

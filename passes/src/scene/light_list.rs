@@ -136,8 +136,7 @@ fn give_photons(entries: &mut [Entry], lamps: &[Lamp], mode: usize) {
     let of_lamps = shares(&powers.iter().zip(lamps).map(|(&power, lamp)| (power, lamp.weight)).collect::<Vec<_>>());
     let share = |entry: &Entry| {
         let lamp = entry.lamp as usize;
-        let within =
-            if powers[lamp] > 0.0 { weight(entry.power) / powers[lamp] } else { 1.0 / f64::from(members[lamp].max(1)) };
+        let within = if powers[lamp] > 0.0 { weight(entry.power) / powers[lamp] } else { 1.0 / f64::from(members[lamp].max(1)) };
         of_lamps[lamp] * within
     };
     let divided = divide(&entries.iter().map(share).collect::<Vec<_>>());
@@ -206,24 +205,14 @@ fn punctual(light: &Light, bounds_radius: f32) -> GpuLight {
     let intensity = light.strength().to_array();
     let plain = GpuLight { intensity, kind: kind_of(light) as u32, material: NONE, triangle: NONE, ..GpuLight::default() };
     match *light {
-        Light::Point { position_world, .. } => {
-            GpuLight { position: position_world.to_array(), ..plain }
-        }
+        Light::Point { position_world, .. } => GpuLight { position: position_world.to_array(), ..plain },
         Light::Spot { position_world, direction_world, cos_inner, cos_outer, .. } => {
             let (cos_inner, cos_outer) = ordered_cosines(cos_inner, cos_outer);
-            GpuLight {
-                position: position_world.to_array(),
-                direction: direction_world.to_array(),
-                cos_inner,
-                cos_outer,
-                ..plain
-            }
+            GpuLight { position: position_world.to_array(), direction: direction_world.to_array(), cos_inner, cos_outer, ..plain }
         }
-        Light::Directional { direction_world, .. } => GpuLight {
-            direction: direction_world.to_array(),
-            area: PI * bounds_radius * bounds_radius,
-            ..plain
-        },
+        Light::Directional { direction_world, .. } => {
+            GpuLight { direction: direction_world.to_array(), area: PI * bounds_radius * bounds_radius, ..plain }
+        }
     }
 }
 

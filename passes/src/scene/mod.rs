@@ -30,8 +30,8 @@ mod pages;
 mod upload;
 mod writer;
 
-pub use bvh::{Bvh, BvhStats, Hit};
 pub use budget::{Lamp, PhotonBudget};
+pub use bvh::{Bvh, BvhStats, Hit};
 pub use camera::Camera;
 pub use environment::Environment;
 pub use error::SceneError;

@@ -1,10 +1,10 @@
 //! The scene on the GPU: five storage buffers, an array texture and the environment's map, imported into each frame's graph.
 
+use super::environment::Map;
 use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
-use super::environment::Map;
 use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits};
 use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, wgpu};
 

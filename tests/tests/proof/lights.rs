@@ -14,7 +14,7 @@ struct DrawParams { lights: LightInfo, count: u32, seed: u32, pad0: u32, pad1: u
 @group(0) @binding(0) var<uniform> params: DrawParams;
 @group(0) @binding(1) var<storage, read_write> drawn: array<vec4f>;
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) thread: vec3u) {
+fn draw(@builtin(global_invocation_id) thread: vec3u) {
     let i = thread.x;
     if i >= params.count { return; }
 "#;
@@ -139,14 +139,15 @@ fn directions_of_the_environment_follow_their_density() {
     // χ² of the cells against luminance times solid angle.
     let luminance = |c: Vec3| f64::from(c.dot(Vec3::new(0.2126, 0.7152, 0.0722)));
     let all = luminance(total);
-    let (mut chi2, mut degrees) = (0.0, -1.0);
+    let (mut chi2, mut degrees) = (0.0_f64, -1.0_f64);
     for (cell, &count) in cells.iter().enumerate() {
         let (x, y) = (cell % 64, cell / 64);
         let edge = |row: usize| (PI * row as f64 / 32.0).cos();
         let solid_angle = 2.0 * PI / 64.0 * (edge(y) - edge(y + 1));
         let (phi, theta) = (2.0 * PI * ((x as f64 + 0.5) / 64.0 - 0.5), PI * (y as f64 + 0.5) / 32.0);
         let local = Vec3::new((theta.sin() * phi.sin()) as f32, theta.cos() as f32, -(theta.sin() * phi.cos()) as f32);
-        let expected = f64::from(COUNT) * luminance(environment.radiance(glam::Quat::from_rotation_y(1.0) * local)) * solid_angle / all;
+        let expected =
+            f64::from(COUNT) * luminance(environment.radiance(glam::Quat::from_rotation_y(1.0) * local)) * solid_angle / all;
         if expected > 5.0 {
             chi2 += (f64::from(count) - expected).powi(2) / expected;
             degrees += 1.0;
@@ -155,7 +156,7 @@ fn directions_of_the_environment_follow_their_density() {
         }
     }
     // χ² has mean k and variance 2k: four standard deviations.
-    let bound: f64 = degrees + 4.0 * (2.0 * degrees).sqrt();
+    let bound = degrees + 4.0 * (2.0 * degrees).sqrt();
     assert!(chi2 < bound, "χ² {chi2} for {degrees} degrees of freedom, at most {bound}");
 }
 
