@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::values::{Assignment, ImageSize, Shown, parse_count, parse_positive, parse_radius, parse_strategy};
+use crate::values::{
+    Assignment, EnvironmentArg, ImageSize, LightPhotons, Shown, parse_count, parse_positive, parse_radius, parse_strategy,
+};
 
 /// Renders glTF scenes by photon density estimation and compares the estimators.
 ///
@@ -112,6 +114,13 @@ pub(crate) struct SceneArgs {
     /// How materials are read; `lambert` makes every opaque non-metal diffuse
     #[arg(long, value_enum, default_value_t)]
     pub(crate) materials: Materials,
+    /// Light from infinitely far away: a latitude-longitude map (.exr or .hdr; its middle looks to −z), turned about +y by degrees, or a
+    /// radiance as R,G,B in W·m⁻²·sr⁻¹ or as #rrggbb
+    #[arg(long, value_name = "FILE[,DEGREES]|R,G,B|#rrggbb", allow_negative_numbers = true)]
+    pub(crate) environment: Option<EnvironmentArg>,
+    /// Give a light WEIGHT times the photons, 0.0625 to 16; a light, an emissive material or `environment` by its name
+    #[arg(long, value_name = "NAME=WEIGHT")]
+    pub(crate) light_photons: Vec<LightPhotons>,
     /// The same image bit for bit from run to run, whatever it costs
     #[arg(long)]
     pub(crate) deterministic: bool,

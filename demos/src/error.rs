@@ -72,7 +72,9 @@ impl Error {
 impl From<SceneError> for Error {
     fn from(error: SceneError) -> Self {
         match error {
-            SceneError::UnknownCamera { .. } => Self::Usage(error.to_string()),
+            SceneError::UnknownCamera { .. } | SceneError::UnknownLight { .. } | SceneError::PhotonWeight { .. } => {
+                Self::Usage(error.to_string())
+            }
             other => Self::Scene(other),
         }
     }

@@ -15,12 +15,28 @@ pub struct Results {
     pub strategies: Vec<StrategyResult>,
     /// What the strategies are compared with.
     pub reference: Option<Reference>,
+    /// What shines, and how many photons it is given.
+    #[serde(default)]
+    pub lights: Vec<LightPhotons>,
     /// Options that change the image.
     pub settings: Settings,
     /// How `gpu_ms` was measured.
     pub timing: String,
     /// What a reader should know before trusting the numbers.
     pub warnings: Vec<String>,
+}
+
+/// A lamp: a punctual light, the triangles of one emissive material, or the environment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LightPhotons {
+    /// Its name, or that of the material.
+    pub name: String,
+    /// `point`, `spot`, `directional`, `emissive` or `environment`.
+    pub kind: String,
+    /// Photons of one frame, the first.
+    pub photons: u32,
+    /// Flux per linear RGB channel (W).
+    pub power: [f32; 3],
 }
 
 /// The image that the metrics compare with.
@@ -145,7 +161,7 @@ mod tests {
         let row = StrategyResult { passes: vec![PassTime::default()], ..StrategyResult::default() };
         let results = Results { strategies: vec![row], ..Results::default() };
         let json = serde_json::to_value(&results).unwrap();
-        for key in ["scene", "adapter", "size", "strategies"] {
+        for key in ["scene", "adapter", "size", "strategies", "lights"] {
             assert!(json.get(key).is_some(), "{key}");
         }
         let row = &json["strategies"][0];

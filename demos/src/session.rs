@@ -7,13 +7,13 @@ pub(crate) use inspect::Tapped;
 use std::time::Instant;
 
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
-use lightloom_passes::scene::{Camera, GpuScene, Scene, builtin};
+use lightloom_passes::scene::{Camera, Environment, GpuScene, Scene, builtin};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
 
 use crate::cli::{Materials, SceneArgs, Switch, Trace};
 use crate::progress::ProgressLine;
-use crate::results::{Flux, Memory, PassTime, PhotonCounts, StrategyResult};
-use crate::values::{Assignment, Shown};
+use crate::results::{Flux, LightPhotons, Memory, PassTime, PhotonCounts, StrategyResult};
+use crate::values::{Assignment, EnvironmentArg, Shown};
 use crate::{Error, Picture, cancel};
 
 /// The reference, whose frames are its samples.
@@ -117,6 +117,20 @@ impl Session {
         &self.warnings
     }
 
+    /// What shines, and how the photons of the first frame are shared.
+    pub(crate) fn lights(&self) -> Vec<LightPhotons> {
+        let budget = self.scene.budget();
+        let photons = budget.photons(self.settings.photons, self.settings.frame_seed(0));
+        let lamps = budget.lamps().iter().zip(photons);
+        let told = lamps.map(|(lamp, photons)| LightPhotons {
+            name: lamp.name.clone(),
+            kind: lamp.kind.name().to_owned(),
+            photons,
+            power: lamp.power.to_array(),
+        });
+        told.collect()
+    }
+
     /// Renders one image, with a progress line and until Ctrl-C.
     pub(crate) fn render(&mut self, job: &Job<'_>) -> Result<Rendering, Error> {
         cancel::check()?;
@@ -178,6 +192,16 @@ fn load(args: &SceneArgs) -> Result<Scene, Error> {
         })?,
         None => Scene::load(&args.scene)?,
     };
+    match &args.environment {
+        Some(EnvironmentArg::Constant(radiance)) => scene.set_environment(Environment::constant((*radiance).into())?),
+        Some(EnvironmentArg::Map(path, degrees)) => {
+            scene.set_environment(Environment::load(path)?.with_rotation(degrees.to_radians()));
+        }
+        None => {}
+    }
+    for given in &args.light_photons {
+        scene.set_photon_weight(&given.name, given.weight)?;
+    }
     if args.materials == Materials::Lambert {
         scene.make_lambert();
     }

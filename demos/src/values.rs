@@ -1,5 +1,6 @@
 //! Values of options: sizes, counts, radii, assignments.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use lightloom_strategies::Layer;
@@ -51,6 +52,72 @@ impl FromStr for Assignment {
             return Err(wrong());
         }
         Ok(Self { strategy, key: key.to_owned(), value: value.trim().to_owned() })
+    }
+}
+
+/// What `--environment` names.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum EnvironmentArg {
+    /// The same radiance from everywhere (W·m⁻²·sr⁻¹).
+    Constant([f32; 3]),
+    /// A map and its rotation about +y (degrees).
+    Map(PathBuf, f32),
+}
+
+impl FromStr for EnvironmentArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if let Some(hex) = text.strip_prefix('#') {
+            let bits = u32::from_str_radix(hex, 16).ok().filter(|_| hex.len() == 6 && !hex.starts_with('+'));
+            let bits = bits.ok_or_else(|| "write a colour as #rrggbb, such as #8899ff".to_owned())?;
+            return Ok(Self::Constant([16, 8, 0].map(|shift| linear_of_srgb((bits >> shift & 0xff) as u8))));
+        }
+        let parts: Vec<Option<f32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+        if let [Some(r), Some(g), Some(b)] = parts[..] {
+            if ![r, g, b].iter().all(|c| c.is_finite() && *c >= 0.0) {
+                return Err("the radiance R,G,B must be finite and not negative".to_owned());
+            }
+            return Ok(Self::Constant([r, g, b]));
+        }
+        let (path, degrees) = match text.rsplit_once(',') {
+            Some((path, degrees)) => match degrees.trim().parse::<f32>() {
+                Ok(degrees) if degrees.is_finite() => (path, degrees),
+                _ => return Err("write the map's rotation in degrees behind the comma, such as sky.hdr,90".to_owned()),
+            },
+            None => (text, 0.0),
+        };
+        if path.is_empty() {
+            return Err("write a file, FILE,DEGREES, a radiance R,G,B or #rrggbb".to_owned());
+        }
+        Ok(Self::Map(path.into(), degrees))
+    }
+}
+
+/// Linear value of an sRGB byte (IEC 61966-2-1).
+fn linear_of_srgb(byte: u8) -> f32 {
+    let encoded = f32::from(byte) / 255.0;
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+/// `NAME=WEIGHT`: a lamp and the factor on its photons.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LightPhotons {
+    /// The lamp's name.
+    pub(crate) name: String,
+    /// The factor; the scene knows its range.
+    pub(crate) weight: f32,
+}
+
+impl FromStr for LightPhotons {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "write a light's name and a factor as NAME=WEIGHT, such as lamp=2".to_owned();
+        // Names may hold an equals sign, numbers not.
+        let (name, weight) = text.rsplit_once('=').ok_or_else(wrong)?;
+        let weight = weight.trim().parse().map_err(|_| wrong())?;
+        if name.is_empty() { Err(wrong()) } else { Ok(Self { name: name.to_owned(), weight }) }
     }
 }
 
@@ -146,6 +213,25 @@ mod tests {
         assert_eq!("16384x1".parse(), Ok(ImageSize([16384, 1])));
         for wrong in ["0x5", "5x0", "16385x1", "5", "x", "-1x5", "5x5x5", "99999999999x1"] {
             assert!(wrong.parse::<ImageSize>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn environments() {
+        assert_eq!("0.5,1,2".parse(), Ok(EnvironmentArg::Constant([0.5, 1.0, 2.0])));
+        assert_eq!("#ff0000".parse(), Ok(EnvironmentArg::Constant([1.0, 0.0, 0.0])));
+        assert_eq!("a/sky.hdr".parse(), Ok(EnvironmentArg::Map("a/sky.hdr".into(), 0.0)));
+        assert_eq!("sky.exr,-90".parse(), Ok(EnvironmentArg::Map("sky.exr".into(), -90.0)));
+        for wrong in ["", ",5", "sky.exr,wide", "#12", "#+12345", "-1,0,0", "inf,0,0"] {
+            assert!(wrong.parse::<EnvironmentArg>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn photons_of_lights() {
+        assert_eq!("a=b=2".parse(), Ok(LightPhotons { name: "a=b".into(), weight: 2.0 }));
+        for wrong in ["lamp", "=2", "lamp=", "lamp=much"] {
+            assert!(wrong.parse::<LightPhotons>().is_err(), "{wrong}");
         }
     }
 

@@ -69,6 +69,19 @@ fn unknown_commands_and_options_are_wrong_usage() {
 }
 
 #[test]
+fn environments_and_photon_weights_are_checked() {
+    let place = Place::new();
+    let line = "render builtin:caustics -o a.exr";
+    place.refuses(&format!("{line} --light-photons lamp=2"), 2, &["`lamp`", "`light 0`"]);
+    place.refuses(&format!("{line} --environment 1,1,1 --light-photons environment=99"), 2, &["99", "0.0625"]);
+    place.refuses(&format!("{line} --light-photons lamp"), 2, &["NAME=WEIGHT"]);
+    place.refuses(&format!("{line} --environment #12"), 2, &["#rrggbb"]);
+    place.refuses(&format!("{line} --environment none.hdr,90"), 1, &["none.hdr", "cannot be read"]);
+    place.file("photo.hdr", b"not an image");
+    place.refuses(&format!("{line} --environment photo.hdr"), 1, &["photo.hdr", "does not decode"]);
+}
+
+#[test]
 fn sizes_and_counts_out_of_range_are_wrong_usage() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";

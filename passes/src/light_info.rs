@@ -8,10 +8,12 @@ shader_struct! {
     pub struct LightInfo {
         /// All lights.
         pub light_count: u32,
-        /// Of them punctual; they come first.
+        /// Of them punctual; they come first. The environment comes last.
         pub punctual_count: u32,
-        /// Padding.
-        pub pad0: [u32; 2],
+        /// Code of the scene's [`Emission`](crate::scene::Emission).
+        pub emission: u32,
+        /// Guides of each punctual light.
+        pub guide_count: u32,
         /// Centre of the scene's bounding sphere (m).
         pub bounds_center: [f32; 3],
         /// Its radius (m).
@@ -24,7 +26,8 @@ impl From<&SceneInfo> for LightInfo {
         Self {
             light_count: info.light_count,
             punctual_count: info.punctual_count,
-            pad0: [0; 2],
+            emission: info.emission as u32,
+            guide_count: info.guide_count,
             bounds_center: info.bounds_center.to_array(),
             bounds_radius: info.bounds_radius,
         }

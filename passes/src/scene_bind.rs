@@ -13,6 +13,7 @@ macro_rules! bind {
             .read_if_used("lights", &$scene.lights)
             .read_if_used("texels", &$scene.texels)
             .read_as_if_used("texels_srgb", &$scene.texels, TextureFormat::Rgba8UnormSrgb)
+            .read_if_used("environment", &$scene.environment)
     };
 }
 

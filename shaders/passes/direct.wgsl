@@ -1,5 +1,5 @@
 // Emission and direct light at every pixel of the G-buffer: every lamp by its own shadow ray while there are few, and
-// points on emissive triangles drawn by power and area.
+// points on emissive triangles and directions of the environment drawn by power. Where nothing is seen, the environment.
 #import "shared/camera.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/lights.wgsl"
@@ -9,7 +9,7 @@ struct DirectParams {
     lights: LightInfo,
     seed: u32,
     frame: u32,
-    // Shadow rays to emissive triangles per pixel.
+    // Shadow rays to emissive triangles and the environment per pixel.
     emissive_samples: u32,
     pad0: u32,
 }

@@ -1,19 +1,25 @@
 // Light that arrives at a surface straight from the lights.
 #import "shared/surface.wgsl"
+#import "shared/environment.wgsl"
 
 const LIGHT_POINT: u32 = 0u;
 const LIGHT_SPOT: u32 = 1u;
 const LIGHT_DIRECTIONAL: u32 = 2u;
 const LIGHT_TRIANGLE: u32 = 3u;
+const LIGHT_ENVIRONMENT: u32 = 4u;
 
 // More lamps than this are sampled in place of summed.
 const MAX_CANDIDATES: u32 = 16u;
 
 // What the kernels need to know of the light list; part of their params.
 struct LightInfo {
-    // All lights; the punctual ones come first.
+    // All lights; the punctual ones come first, the environment last.
     light_count: u32,
     punctual_count: u32,
+    // How photons leave: 0 into all directions, 1 punctual lights aim at guides.
+    emission: u32,
+    // Guides of each punctual light.
+    guide_count: u32,
     // Centre and radius (m) of the scene's bounding sphere, for directional lights.
     bounds_center: vec3f,
     bounds_radius: f32,
@@ -132,7 +138,14 @@ fn emissive_pdf(light: Light, info: LightInfo, distance: f32, cos_light: f32) ->
     return selection * distance * distance / (max(cos_light, 1.0e-6) * light.area);
 }
 
-// Light reflected towards `wo` from one point of one emissive triangle, drawn by power and area.
+// Density per solid angle (sr⁻¹) with which `emissive_light` draws a direction in which only the environment is.
+fn environment_light_pdf(direction: vec3f, info: LightInfo) -> f32 {
+    let selection = lights[info.light_count - 1u].probability / max(1.0 - punctual_probability(info), 1.0e-20);
+    return selection * environment_pdf(direction);
+}
+
+// Light reflected towards `wo` from one point of one emissive triangle, drawn by power and area, or from one direction of
+// the environment.
 fn emissive_light(surface: Surface, wo: vec3f, info: LightInfo, u: vec4f) -> EmissiveSample {
     let none = EmissiveSample(vec3f(0.0), 0.0, vec3f(0.0));
     if info.light_count == info.punctual_count {
@@ -141,13 +154,28 @@ fn emissive_light(surface: Surface, wo: vec3f, info: LightInfo, u: vec4f) -> Emi
     let mass = punctual_probability(info);
     let index = select_light(mass + u.z * (1.0 - mass), info.punctual_count, info.light_count - info.punctual_count);
     let light = lights[index];
+    if SCENE_ENVIRONMENT && light.kind == LIGHT_ENVIRONMENT {
+        let drawn = sample_environment(u.xy);
+        let cosine = dot(surface.brdf.normal, drawn.direction);
+        if cosine <= 0.0 || dot(surface.normal_geometric, drawn.direction) <= 0.0 {
+            return none;
+        }
+        let pdf = drawn.pdf * light.probability / max(1.0 - mass, 1.0e-20);
+        let value = brdf_eval(surface.brdf, drawn.direction, wo) * drawn.radiance * (cosine / pdf);
+        if max_component(value) <= 0.0 {
+            return none;
+        }
+        let seen = unoccluded(surface_exit(surface, drawn.direction), drawn.direction, INFINITY);
+        return EmissiveSample(select(vec3f(0.0), value, seen), pdf, drawn.direction);
+    }
     let bary = sample_triangle(u.xy);
     let to_light = light.position + light.edge1 * bary.x + light.edge2 * bary.y - surface.position;
     let distance2 = max(dot(to_light, to_light), 1.0e-12);
     let distance = sqrt(distance2);
     let direction = to_light / distance;
     let cosine = dot(surface.brdf.normal, direction);
-    let cos_light = -dot(light.direction, direction);
+    let facing = -dot(light.direction, direction);
+    let cos_light = select(facing, abs(facing), light.two_sided != 0u);
     if cosine <= 0.0 || cos_light <= 0.0 || dot(surface.normal_geometric, direction) <= 0.0 {
         return none;
     }

@@ -1,5 +1,5 @@
-// Unbiased path tracing from the eye with next-event estimation, and multiple importance sampling of emissive surfaces
-// (balance heuristic, [Veach97]). x1 is the first surface the eye sees, x2 the next, and so on.
+// Unbiased path tracing from the eye with next-event estimation, and multiple importance sampling of emissive surfaces and
+// of the environment (balance heuristic, [Veach97]). x1 is the first surface the eye sees, x2 the next, and so on.
 //
 // Light that leaves a point or directional light through a mirror or a refractor and meets a diffuse surface cannot be
 // sampled from the eye; particles traced from the lights add it (see passes/photon_splat.wgsl).
@@ -20,6 +20,18 @@ struct PathRadiance {
 // Survival by throughput begins at this vertex.
 const ROULETTE_START: u32 = 4u;
 
+// Adds what is emitted towards the path at `vertex`.
+fn add_emitted(value: vec3f, vertex: u32, first_specular: bool, chain_specular: bool, result: ptr<function, PathRadiance>) {
+    if vertex == 1u || (vertex == 2u && !first_specular) {
+        (*result).direct += value;
+        return;
+    }
+    (*result).indirect += value;
+    if chain_specular && !first_specular {
+        (*result).caustic += value;
+    }
+}
+
 // `max_bounces`: surfaces that light may be scattered at before it reaches x1.
 fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_bounces: u32, rng: ptr<function, Rng>) -> PathRadiance {
     var result = PathRadiance(vec3f(0.0), vec3f(0.0), vec3f(0.0));
@@ -35,6 +47,13 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
     for (var vertex = 1u; vertex <= max_bounces + 2u; vertex += 1u) {
         let hit = trace_ray(origin, direction, INFINITY, false);
         if hit.index == NO_HIT {
+            if SCENE_ENVIRONMENT {
+                var weight = 1.0;
+                if !was_specular {
+                    weight = pdf / (pdf + environment_light_pdf(direction, info));
+                }
+                add_emitted(throughput * environment_radiance(direction) * weight, vertex, first_specular, chain_specular, &result);
+            }
             break;
         }
         let surface = surface_at(hit, direction);
@@ -52,15 +71,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
                 let light_pdf = emissive_pdf(light, info, hit.t, abs(dot(surface.normal_geometric, direction)));
                 weight = pdf / (pdf + light_pdf);
             }
-            let value = throughput * surface.emission * weight;
-            if vertex == 1u || (vertex == 2u && !first_specular) {
-                result.direct += value;
-            } else {
-                result.indirect += value;
-                if chain_specular && !first_specular {
-                    result.caustic += value;
-                }
-            }
+            add_emitted(throughput * surface.emission * weight, vertex, first_specular, chain_specular, &result);
         }
         if vertex == 1u {
             first_specular = opacity < 1.0;

@@ -53,7 +53,7 @@ struct TextureSlot {
 struct Material {
     // Linear colour and alpha.
     base_color: vec4f,
-    // Radiance from the front side (W·m⁻²·sr⁻¹).
+    // Radiance from the front side, or from both (W·m⁻²·sr⁻¹).
     emissive: vec3f,
     // Perceptual; GGX α is its square.
     roughness: f32,
@@ -71,7 +71,7 @@ struct Material {
     alpha_cutoff: f32,
     // Scales x and y of the normal map.
     normal_scale: f32,
-    // Bit 0: Lambert of the base colour.
+    // Bit 0: Lambert of the base colour; bit 1: emits from both sides.
     flags: u32,
     pad0: u32,
     pad1: u32,
@@ -85,19 +85,21 @@ struct Material {
     emissive_texture: TextureSlot,
 }
 
-// A light; punctual ones come first, then emissive triangles.
+// A light; punctual ones come first, then emissive triangles, then the environment. Behind these: each punctual light once
+// per guide, a sphere around what refracts or mirrors, for photons that are aimed at it.
 struct Light {
     // Point and spot: where it is; triangle: first corner (m, world).
     position: vec3f,
-    // 0 point, 1 spot, 2 directional, 3 triangle.
+    // 0 point, 1 spot, 2 directional, 3 triangle, 4 environment.
     kind: u32,
     // Unit: travel of the light; triangle: normal of the front side, which emits.
     direction: vec3f,
-    // Triangle: its area (m²); directional: area of the disc that the bounding sphere shows (m²); else 0.
+    // Triangle: its area (m²); directional, environment: area of the disc that the bounding sphere shows (m²); else 0.
     area: f32,
-    // Intensity (W·sr⁻¹), irradiance on a facing plane (W·m⁻²), or mean radiance over the triangle (W·m⁻²·sr⁻¹).
+    // Intensity (W·sr⁻¹), irradiance on a facing plane (W·m⁻²), or mean radiance over the triangle or all directions
+    // (W·m⁻²·sr⁻¹).
     intensity: vec3f,
-    // Probability that this light or an earlier one is selected; the last is 1.
+    // Probability that this light or an earlier one is selected as a sample of direct light; the last is 1.
     cdf: f32,
     // Triangle: second corner − first (m).
     edge1: vec3f,
@@ -107,14 +109,19 @@ struct Light {
     edge2: vec3f,
     // Spot: cosine from which on it is zero; less than cos_inner.
     cos_outer: f32,
-    // Flux (W).
-    power: vec3f,
+    // The guide (m, world); radius 0: photons leave into all of the light's directions.
+    guide_center: vec3f,
+    guide_radius: f32,
     // Probability that this light is selected: its step of `cdf`.
     probability: f32,
     // Triangle: index into `materials`, else 0xffffffff.
     material: u32,
     // Triangle: index into `triangles`, else 0xffffffff.
     triangle: u32,
-    pad0: u32,
-    pad1: u32,
+    // 1: a triangle that emits from both sides.
+    two_sided: u32,
+    // Share of the photons that lights before this one have, in 2⁻³²; 0xffffffff: no photon is left. Uniform, guided emission.
+    photon_start: vec2u,
+    // Share of the photons that this light has.
+    photon_probability: vec2f,
 }

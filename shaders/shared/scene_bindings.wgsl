@@ -8,3 +8,5 @@
 @group(1) @binding(4) var<storage, read> lights: array<Light>;
 @group(1) @binding(5) var texels: texture_2d_array<f32>;
 @group(1) @binding(6) var texels_srgb: texture_2d_array<f32>;
+// See shared/environment.wgsl.
+@group(1) @binding(7) var environment: texture_2d<f32>;

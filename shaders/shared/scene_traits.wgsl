@@ -9,3 +9,5 @@ override SCENE_REFRACTS: bool = true;
 override SCENE_TEXTURES: bool = true;
 // Alpha lets some rays pass.
 override SCENE_ALPHA: bool = true;
+// Light comes from the environment.
+override SCENE_ENVIRONMENT: bool = true;

@@ -8,6 +8,8 @@
 const MIRROR_ROUGHNESS: f32 = 0.03;
 // Bit of Material.flags: Lambert whatever the factors say.
 const MATERIAL_LAMBERT: u32 = 1u;
+// Bit of Material.flags: emits from its back side too.
+const MATERIAL_TWO_SIDED: u32 = 2u;
 const NO_LIGHT: u32 = 0xffffffffu;
 
 struct Surface {
@@ -86,7 +88,7 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.brdf.lambert = (material.flags & MATERIAL_LAMBERT) != 0u;
 
     surface.emission = vec3f(0.0);
-    if surface.front && triangle.light != NO_LIGHT {
+    if (surface.front || (material.flags & MATERIAL_TWO_SIDED) != 0u) && triangle.light != NO_LIGHT {
         surface.emission = material.emissive * sample_texture(material.emissive_texture, uv, true).rgb;
     }
     surface.light = triangle.light;

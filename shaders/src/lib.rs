@@ -43,6 +43,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/deposit_cull.wgsl",
     "shared/dispatch.wgsl",
     "shared/emission.wgsl",
+    "shared/environment.wgsl",
     "shared/estimate.wgsl",
     "shared/flux_ledger.wgsl",
     "shared/gbuffer.wgsl",

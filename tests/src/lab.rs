@@ -4,7 +4,7 @@ use crate::image::Accumulator;
 use crate::{Image, Pixels};
 use lightloom_graph::wgpu::TextureFormat;
 use lightloom_graph::{Executor, FrameOutput, Gpu, Graph, Handle, Memory, Readback, Texture, TextureDesc, WgslSources};
-use lightloom_passes::scene::{Camera, GpuScene, Scene, SceneHandles};
+use lightloom_passes::scene::{Camera, Emission, GpuScene, Scene, SceneHandles};
 use lightloom_passes::{
     CameraUniform, DirectLight, DirectSettings, GBuffer, GBufferPass, PathSettings, PathTrace, Photon, PhotonSettings,
     PhotonState, PhotonTracing, Photons, Ray, RayHit, TraceRays, Visibility, radiance_desc, shaders,
@@ -117,7 +117,7 @@ impl Lab {
             gbuffer: GBufferPass::new(&sources).expect("gbuffer.wgsl is valid"),
             direct: DirectLight::new(&sources).expect("direct.wgsl is valid"),
             path: PathTrace::new(&sources).expect("path_trace.wgsl is valid"),
-            tracing: PhotonTracing::new(&sources).expect("photon_trace.wgsl is valid"),
+            tracing: PhotonTracing::new(&sources).expect("the photon shaders are valid"),
             rays: TraceRays::new(&sources).expect("trace_rays.wgsl is valid"),
             gpu,
             sources,
@@ -174,9 +174,14 @@ impl Lab {
 
     /// Traces photons and reads them back.
     pub fn photons(&mut self, scene: &GpuScene, settings: &PhotonSettings) -> Traced {
+        self.photons_by(Emission::Uniform, scene, settings)
+    }
+
+    /// Traces photons that leave the lights by `emission` and reads them back.
+    pub fn photons_by(&mut self, emission: Emission, scene: &GpuScene, settings: &PhotonSettings) -> Traced {
         let mut graph = Graph::new("photons");
         let handles = scene.declare(&mut graph);
-        let photons = self.tracing.add(&mut graph, &handles, &scene.info(), settings);
+        let photons = self.tracing.add(&mut graph, &handles, &scene.info().with_emission(emission), settings);
         let reads = read_photons(&mut graph, &photons);
         let output = self.run(graph);
         traced(&output, reads)

@@ -143,6 +143,7 @@ fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
         scene: scene.scene.display().to_string(),
         adapter: session.adapter().to_owned(),
         size: scene.size.0,
+        lights: session.lights(),
         settings: Settings {
             layer: layer.name().to_owned(),
             camera: session.camera_name().to_owned(),

@@ -93,6 +93,34 @@ pub enum SceneError {
         /// Names and indices that exist.
         available: String,
     },
+    /// The environment's image does not decode, or is no radiance.
+    #[error("the environment `{file}`: {problem}")]
+    Environment {
+        /// The image file, or what stands for it.
+        file: String,
+        /// What is wrong and the mend.
+        problem: String,
+    },
+    /// No lamp of that name.
+    #[error("scene `{scene}` has no light `{name}`; it has {available}")]
+    UnknownLight {
+        /// The scene's name.
+        scene: String,
+        /// What was asked for.
+        name: String,
+        /// Names that exist.
+        available: String,
+    },
+    /// A lamp's photons cannot be multiplied by that.
+    #[error("scene `{scene}`, light `{name}`: a photon weight of {weight} is out of range, give 0.0625 to 16")]
+    PhotonWeight {
+        /// The scene's name.
+        scene: String,
+        /// The lamp.
+        name: String,
+        /// The factor that was asked for.
+        weight: f32,
+    },
     /// The acceleration structure would be deeper than any traversal stack.
     #[error(
         "scene `{scene}`: its bounding volume hierarchy is {depth} levels deep, at most {limit} can be \

@@ -11,6 +11,8 @@ pub const NONE: u32 = u32::MAX;
 pub const ALPHA_TESTED: u32 = 1 << 31;
 /// Bit of [`Material::flags`]: Lambert of the base colour.
 pub const MATERIAL_LAMBERT: u32 = 1;
+/// Bit of [`Material::flags`]: emits from its back side too.
+pub const MATERIAL_TWO_SIDED: u32 = 2;
 
 shader_struct! {
     /// A triangle as rays meet it, in leaf order (48 bytes).
@@ -95,7 +97,7 @@ shader_struct! {
         pub alpha_cutoff: f32,
         /// Scale of the normal map's x and y.
         pub normal_scale: f32,
-        /// [`MATERIAL_LAMBERT`].
+        /// [`MATERIAL_LAMBERT`], [`MATERIAL_TWO_SIDED`].
         pub flags: u32,
         /// Unused.
         pub pad0: u32,
@@ -113,7 +115,7 @@ shader_struct! {
 }
 
 shader_struct! {
-    /// A light (112 bytes).
+    /// A light (128 bytes).
     pub struct Light {
         /// Position, or first corner (m, world).
         pub position: [f32; 3],
@@ -121,11 +123,11 @@ shader_struct! {
         pub kind: u32,
         /// Direction in which light travels, or the triangle's normal (unit).
         pub direction: [f32; 3],
-        /// Area of the triangle or of the directional light's disc (m²).
+        /// Area of the triangle, or of the disc of a directional light or the environment (m²).
         pub area: f32,
         /// Intensity, irradiance or mean radiance, by kind.
         pub intensity: [f32; 3],
-        /// Probability that this light or an earlier one is selected.
+        /// Probability that this light or an earlier one is selected as a sample of direct light.
         pub cdf: f32,
         /// Second corner − first (m).
         pub edge1: [f32; 3],
@@ -135,23 +137,28 @@ shader_struct! {
         pub edge2: [f32; 3],
         /// Cosine from which on a spot is dark.
         pub cos_outer: f32,
-        /// Flux (W).
-        pub power: [f32; 3],
+        /// The guide that photons are aimed at (m, world).
+        pub guide_center: [f32; 3],
+        /// Its radius (m); 0: there is none.
+        pub guide_radius: f32,
         /// Probability that this light is selected.
         pub probability: f32,
         /// Index into the materials, or [`NONE`].
         pub material: u32,
         /// Index of the triangle, or [`NONE`].
         pub triangle: u32,
-        /// Unused.
-        pub pad0: u32,
-        /// Unused.
-        pub pad1: u32,
+        /// 1: a triangle that emits from both sides.
+        pub two_sided: u32,
+        /// Share of the photons that earlier lights have (2⁻³²), or [`NONE`] where no photon is left; for uniform
+        /// and guided emission.
+        pub photon_start: [u32; 2],
+        /// Share of the photons that this light has.
+        pub photon_probability: [f32; 2],
     }
 }
 
 /// Values of [`Light::kind`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum LightKind {
     /// A point.
@@ -162,6 +169,21 @@ pub enum LightKind {
     Directional = 2,
     /// An emissive triangle.
     Triangle = 3,
+    /// Infinitely far away in every direction.
+    Environment = 4,
+}
+
+impl LightKind {
+    /// A word for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Spot => "spot",
+            Self::Directional => "directional",
+            Self::Triangle => "emissive",
+            Self::Environment => "environment",
+        }
+    }
 }
 
 impl BvhTriangle {
@@ -204,7 +226,8 @@ impl Material {
                 Alpha::Blend => -1.0,
             },
             normal_scale: material.normal_texture.map_or(1.0, |(_, scale)| scale),
-            flags: if material.is_lambert() { MATERIAL_LAMBERT } else { 0 },
+            flags: if material.is_lambert() { MATERIAL_LAMBERT } else { 0 }
+                | if material.double_sided { MATERIAL_TWO_SIDED } else { 0 },
             pad0: 0,
             pad1: 0,
             base_color_texture: slot(material.base_color_texture),
@@ -240,10 +263,10 @@ mod tests {
         assert_eq!(size_of::<TriangleAttributes>(), 48);
         assert_eq!(size_of::<TextureSlot>(), 48);
         assert_eq!(size_of::<Material>(), 80 + 4 * 48);
-        assert_eq!(size_of::<Light>(), 112);
+        assert_eq!(size_of::<Light>(), 128);
         // WGSL aligns vec3 and structs that hold one to 16 bytes.
         assert_eq!(std::mem::offset_of!(Material, base_color_texture) % 16, 0);
-        assert_eq!(std::mem::offset_of!(Light, power) % 16, 0);
+        assert_eq!(std::mem::offset_of!(Light, guide_center) % 16, 0);
     }
 
     #[test]

@@ -64,6 +64,21 @@ impl Light {
     }
 }
 
+/// How photons leave the lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Emission {
+    /// Into all directions that a light shines in.
+    #[default]
+    Uniform = 0,
+    /// Punctual lights aim at what refracts or mirrors: at bounding spheres of it, the projection volume of
+    /// [Jensen01, §5.3] and Kim (*Ray Tracing Gems*, ch. 30). The same light arrives there with less noise, and less elsewhere: only for
+    /// photons whose first scattering is to be specular. Emissive triangles and the environment emit as ever.
+    ///
+    /// [Jensen01, §5.3]: https://doi.org/10.1201/b10685 "Realistic Image Synthesis Using Photon Mapping"
+    Guided = 1,
+}
+
 /// The cosines in order, `inner − outer ≥ 10⁻³`, so that the falloff can divide. These are what is uploaded.
 pub(crate) fn ordered_cosines(cos_inner: f32, cos_outer: f32) -> (f32, f32) {
     let outer = cos_outer.clamp(-1.0, 0.999);

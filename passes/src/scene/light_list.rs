@@ -1,48 +1,166 @@
-//! The light list: punctual lights, then emissive triangles, selected in proportion to their power.
+//! The light list: punctual lights, then emissive triangles, then the environment, selected for direct light in proportion
+//! to their power and given photons by [`PhotonBudget`].
 //!
 //! The probability of a light is the step of the cumulative distribution *after* rounding to 32 bits,
 //! so that weights 1/p fit exactly what a search in that distribution selects.
 
+use super::budget::{Lamp, PhotonBudget, divide, shares};
 use super::gpu_types::{Light as GpuLight, LightKind, NONE};
-use super::{Light, Material, Scene, Triangle, light::ordered_cosines};
+use super::guides::{Sphere, guides};
+use super::{Environment, Light, Material, Scene, Triangle, light::ordered_cosines};
 use glam::{Vec2, Vec3};
+use std::collections::HashMap;
 use std::f32::consts::PI;
 
 /// The lights of a scene as they are uploaded, and which triangle is which light.
 pub(super) struct LightList {
-    /// In order of selection.
+    /// In order of selection; behind them the guided twins of the punctual ones, guide by guide.
     pub(super) lights: Vec<GpuLight>,
+    /// Without the twins.
+    pub(super) light_count: u32,
     /// Punctual lights at the start of `lights`.
     pub(super) punctual_count: u32,
+    /// Guided twins of each punctual light.
+    pub(super) guide_count: u32,
     /// Flux of all lights (W).
     pub(super) total_power: Vec3,
     /// Index into `lights` for each triangle, or [`NONE`].
     pub(super) of_triangle: Vec<u32>,
+    /// Which lights are one lamp, and how photons are shared.
+    pub(super) budget: PhotonBudget,
 }
 
 /// Points per side of the grid on which a textured triangle's emission is averaged.
 const GRID: u32 = 8;
 
+/// A light with what only the CPU needs of it.
+struct Entry {
+    light: GpuLight,
+    /// Flux (W).
+    power: Vec3,
+    /// Index into the lamps.
+    lamp: u32,
+}
+
 impl LightList {
-    /// `bounds_radius` (m) bounds the disc of directional lights.
+    /// `bounds_radius` (m) bounds the disc of directional lights and the environment.
     pub(super) fn new(scene: &Scene, bounds_radius: f32) -> Self {
-        let mut lights: Vec<GpuLight> = scene.lights.iter().map(|light| punctual(light, bounds_radius)).collect();
-        let punctual_count = lights.len() as u32;
+        let mut lamps: Vec<Lamp> = Vec::new();
+        let mut add_lamp = |name: String, kind| {
+            let weight = scene.photon_weights.iter().find(|(lamp, _)| *lamp == name).map_or(1.0, |&(_, weight)| weight);
+            lamps.push(Lamp { name, kind, power: Vec3::ZERO, weight });
+            lamps.len() as u32 - 1
+        };
+        let mut entries: Vec<Entry> = Vec::new();
+        for (index, light) in scene.lights.iter().enumerate() {
+            let lamp = add_lamp(punctual_name(scene, index), kind_of(light));
+            entries.push(Entry { light: punctual(light, bounds_radius), power: light.flux(bounds_radius), lamp });
+        }
+        let punctual_count = entries.len() as u32;
+
+        let mut lamp_of_material: HashMap<u32, u32> = HashMap::new();
         let mut of_triangle = vec![NONE; scene.triangles.len()];
         for (index, triangle) in scene.triangles.iter().enumerate() {
             let Some(material) = scene.materials.get(triangle.material as usize) else { continue };
             let radiance = mean_radiance(scene, triangle, material);
-            let power = PI * triangle.area() * radiance;
+            let sides = if material.double_sided { 2.0 } else { 1.0 };
+            let power = PI * sides * triangle.area() * radiance;
             if !(power.is_finite() && power.max_element() > 0.0) {
                 continue;
             }
-            of_triangle[index] = lights.len() as u32;
-            lights.push(emissive(triangle, index as u32, radiance, power));
+            of_triangle[index] = entries.len() as u32;
+            let lamp = *lamp_of_material
+                .entry(triangle.material)
+                .or_insert_with(|| add_lamp(material_name(scene, triangle.material), LightKind::Triangle));
+            entries.push(Entry { light: emissive(triangle, index as u32, radiance, material.double_sided), power, lamp });
         }
-        let total_power = sum(&lights);
-        distribute(&mut lights);
-        Self { lights, punctual_count, total_power, of_triangle }
+        if let Some(environment) = &scene.environment {
+            let lamp = add_lamp(ENVIRONMENT.into(), LightKind::Environment);
+            let (light, power) = infinite(environment, bounds_radius);
+            entries.push(Entry { light, power, lamp });
+        }
+        for entry in &entries {
+            lamps[entry.lamp as usize].power += entry.power;
+        }
+        distribute(&mut entries);
+        let light_count = entries.len() as u32;
+        let total_power = entries.iter().map(|entry| entry.power.as_dvec3()).sum::<glam::DVec3>().as_vec3();
+        give_photons(&mut entries, &lamps, 0);
+        let starts = entries.iter().map(|entry| entry.light.photon_start[0]).collect();
+        let lamp_of = entries.iter().map(|entry| entry.lamp).collect();
+
+        let guides = if punctual_count > 0 { guides(scene) } else { Vec::new() };
+        for index in 0..punctual_count as usize {
+            entries.extend(guides.iter().map(|guide| guided(&entries[index], guide)).collect::<Vec<_>>());
+        }
+        give_photons(&mut entries[punctual_count as usize..], &lamps, 1);
+        Self {
+            lights: entries.into_iter().map(|entry| entry.light).collect(),
+            light_count,
+            punctual_count,
+            guide_count: guides.len() as u32,
+            total_power,
+            of_triangle,
+            budget: PhotonBudget::new(lamps, lamp_of, starts),
+        }
     }
+}
+
+/// The name of the environment as a lamp.
+const ENVIRONMENT: &str = "environment";
+
+fn punctual_name(scene: &Scene, index: usize) -> String {
+    scene.light_names.get(index).filter(|name| !name.is_empty()).map_or_else(|| format!("light {index}"), String::clone)
+}
+
+fn material_name(scene: &Scene, index: u32) -> String {
+    let name = scene.materials.get(index as usize).map(|material| material.name.as_str()).filter(|name| !name.is_empty());
+    name.map_or_else(|| format!("material {index}"), str::to_owned)
+}
+
+/// The names of all lamps.
+pub(super) fn lamp_names(scene: &Scene) -> Vec<String> {
+    let list = LightList::new(scene, 1.0);
+    list.budget.lamps().iter().map(|lamp| lamp.name.clone()).collect()
+}
+
+/// Shares photons among `entries`, for emission `mode`: among their lamps by [`shares`], within a lamp by power.
+fn give_photons(entries: &mut [Entry], lamps: &[Lamp], mode: usize) {
+    let weight = |power: Vec3| f64::from(power.x) + f64::from(power.y) + f64::from(power.z);
+    let mut powers = vec![0.0; lamps.len()];
+    let mut members = vec![0_u32; lamps.len()];
+    for entry in entries.iter() {
+        powers[entry.lamp as usize] += weight(entry.power);
+        members[entry.lamp as usize] += 1;
+    }
+    let of_lamps = shares(&powers.iter().zip(lamps).map(|(&power, lamp)| (power, lamp.weight)).collect::<Vec<_>>());
+    let share = |entry: &Entry| {
+        let lamp = entry.lamp as usize;
+        let within = if powers[lamp] > 0.0 { weight(entry.power) / powers[lamp] } else { 1.0 / f64::from(members[lamp].max(1)) };
+        of_lamps[lamp] * within
+    };
+    let divided = divide(&entries.iter().map(share).collect::<Vec<_>>());
+    for (entry, (start, probability)) in entries.iter_mut().zip(divided) {
+        entry.light.photon_start[mode] = start;
+        entry.light.photon_probability[mode] = probability;
+    }
+}
+
+/// A punctual light as it aims at a guide, with the flux it sends there (W). A spot counts as if its cone were full.
+fn guided(entry: &Entry, guide: &Sphere) -> Entry {
+    let mut light = entry.light;
+    light.guide_center = guide.center.to_array();
+    light.guide_radius = guide.radius;
+    (light.cdf, light.probability) = (1.0, 0.0);
+    (light.photon_start[0], light.photon_probability[0]) = (NONE, 0.0);
+    let share = if light.kind == LightKind::Directional as u32 {
+        PI * guide.radius * guide.radius
+    } else {
+        let sin2 = guide.radius.powi(2) / guide.center.distance_squared(light.position.into()).max(1e-30);
+        let one_minus_cos = if sin2 >= 1.0 { 2.0 } else { sin2 / (1.0 + (1.0 - sin2).sqrt()) };
+        2.0 * PI * one_minus_cos
+    };
+    Entry { light, power: Vec3::from(light.intensity) * share, lamp: entry.lamp }
 }
 
 /// Radiance of a triangle (W·m⁻²·sr⁻¹), averaged over a grid of points where it is textured.
@@ -75,35 +193,45 @@ fn mean_radiance(scene: &Scene, triangle: &Triangle, material: &Material) -> Vec
     factor * grid_mean.max(image_mean / 64.0)
 }
 
-fn punctual(light: &Light, bounds_radius: f32) -> GpuLight {
-    let power = light.flux(bounds_radius).to_array();
-    let intensity = light.strength().to_array();
-    let plain = GpuLight { intensity, power, material: NONE, triangle: NONE, ..GpuLight::default() };
-    match *light {
-        Light::Point { position_world, .. } => {
-            GpuLight { position: position_world.to_array(), kind: LightKind::Point as u32, ..plain }
-        }
-        Light::Spot { position_world, direction_world, cos_inner, cos_outer, .. } => {
-            let (cos_inner, cos_outer) = ordered_cosines(cos_inner, cos_outer);
-            GpuLight {
-                position: position_world.to_array(),
-                kind: LightKind::Spot as u32,
-                direction: direction_world.to_array(),
-                cos_inner,
-                cos_outer,
-                ..plain
-            }
-        }
-        Light::Directional { direction_world, .. } => GpuLight {
-            kind: LightKind::Directional as u32,
-            direction: direction_world.to_array(),
-            area: PI * bounds_radius * bounds_radius,
-            ..plain
-        },
+fn kind_of(light: &Light) -> LightKind {
+    match light {
+        Light::Point { .. } => LightKind::Point,
+        Light::Spot { .. } => LightKind::Spot,
+        Light::Directional { .. } => LightKind::Directional,
     }
 }
 
-fn emissive(triangle: &Triangle, index: u32, radiance: Vec3, power: Vec3) -> GpuLight {
+fn punctual(light: &Light, bounds_radius: f32) -> GpuLight {
+    let intensity = light.strength().to_array();
+    let plain = GpuLight { intensity, kind: kind_of(light) as u32, material: NONE, triangle: NONE, ..GpuLight::default() };
+    match *light {
+        Light::Point { position_world, .. } => GpuLight { position: position_world.to_array(), ..plain },
+        Light::Spot { position_world, direction_world, cos_inner, cos_outer, .. } => {
+            let (cos_inner, cos_outer) = ordered_cosines(cos_inner, cos_outer);
+            GpuLight { position: position_world.to_array(), direction: direction_world.to_array(), cos_inner, cos_outer, ..plain }
+        }
+        Light::Directional { direction_world, .. } => {
+            GpuLight { direction: direction_world.to_array(), area: PI * bounds_radius * bounds_radius, ..plain }
+        }
+    }
+}
+
+/// The environment as a light, and its flux into the scene's bounding sphere: Φ = π R² ∫ L dω (W).
+fn infinite(environment: &Environment, bounds_radius: f32) -> (GpuLight, Vec3) {
+    let area = PI * bounds_radius * bounds_radius;
+    let sum = environment.irradiance_all_round();
+    let light = GpuLight {
+        kind: LightKind::Environment as u32,
+        area,
+        intensity: (sum / (4.0 * PI)).to_array(),
+        material: NONE,
+        triangle: NONE,
+        ..GpuLight::default()
+    };
+    (light, area * sum)
+}
+
+fn emissive(triangle: &Triangle, index: u32, radiance: Vec3, two_sided: bool) -> GpuLight {
     let [a, b, c] = triangle.positions_world;
     GpuLight {
         position: a.to_array(),
@@ -113,39 +241,34 @@ fn emissive(triangle: &Triangle, index: u32, radiance: Vec3, power: Vec3) -> Gpu
         intensity: radiance.to_array(),
         edge1: (b - a).to_array(),
         edge2: (c - a).to_array(),
-        power: power.to_array(),
         material: triangle.material,
         triangle: index,
+        two_sided: u32::from(two_sided),
         ..GpuLight::default()
     }
 }
 
-fn sum(lights: &[GpuLight]) -> Vec3 {
-    let total = lights.iter().fold(glam::DVec3::ZERO, |sum, light| sum + Vec3::from_array(light.power).as_dvec3());
-    total.as_vec3()
-}
-
 /// Fills `cdf` and `probability`; all alike when there is no power at all.
-fn distribute(lights: &mut [GpuLight]) {
-    let weight = |light: &GpuLight| light.power.iter().map(|&p| f64::from(p)).sum::<f64>();
-    let total: f64 = lights.iter().map(weight).sum();
+fn distribute(entries: &mut [Entry]) {
+    let weight = |entry: &Entry| entry.power.to_array().iter().map(|&p| f64::from(p)).sum::<f64>();
+    let total: f64 = entries.iter().map(weight).sum();
     let uniform = !(total > 0.0 && total.is_finite());
-    let count = lights.len() as f64;
+    let count = entries.len() as f64;
     let mut cumulative = 0.0;
-    for light in lights.iter_mut() {
-        cumulative += if uniform { 1.0 / count } else { weight(light) / total };
-        light.cdf = cumulative.min(1.0) as f32;
+    for entry in entries.iter_mut() {
+        cumulative += if uniform { 1.0 / count } else { weight(entry) / total };
+        entry.light.cdf = cumulative.min(1.0) as f32;
     }
     // Rounding must not leave a gap at the end, nor give it to a light without power.
-    if let Some(last) = lights.iter().rposition(|light| uniform || weight(light) > 0.0) {
-        for light in &mut lights[last..] {
-            light.cdf = 1.0;
+    if let Some(last) = entries.iter().rposition(|entry| uniform || weight(entry) > 0.0) {
+        for entry in &mut entries[last..] {
+            entry.light.cdf = 1.0;
         }
     }
     let mut before = 0.0;
-    for light in lights.iter_mut() {
-        light.probability = light.cdf - before;
-        before = light.cdf;
+    for entry in entries {
+        entry.light.probability = entry.light.cdf - before;
+        before = entry.light.cdf;
     }
 }
 
@@ -182,11 +305,15 @@ mod tests {
             scene.lights.push(Light::Point { position_world: Vec3::Y, intensity });
         }
         let lights = list(&scene).lights;
-        let total: f32 = lights.iter().map(|l| Vec3::from_array(l.power).element_sum()).sum();
+        let flux = |light: &GpuLight| match light.kind {
+            0 => Vec3::from(light.intensity).element_sum() * 4.0 * PI,
+            _ => Vec3::from(light.intensity).element_sum() * PI * light.area,
+        };
+        let total: f32 = lights.iter().map(flux).sum();
         let mut before = 0.0;
         for light in &lights {
             assert!(light.cdf >= before, "monotone");
-            let expected = Vec3::from_array(light.power).element_sum() / total;
+            let expected = flux(light) / total;
             assert!((light.probability - expected).abs() < 1e-6, "{} ≠ {expected}", light.probability);
             assert!((light.probability - (light.cdf - before)).abs() < f32::EPSILON, "step of the cdf");
             before = light.cdf;
@@ -218,5 +345,46 @@ mod tests {
         }
         let textured = list(&scene).total_power;
         assert!((textured.x / plain.x - 0.5).abs() < 0.05, "{textured} of {plain}");
+    }
+
+    #[test]
+    fn both_sides_of_a_double_sided_emitter_count() {
+        let mut scene = builtin::cornell();
+        let single = list(&scene).total_power;
+        for material in &mut scene.materials {
+            material.double_sided = true;
+        }
+        let double = list(&scene);
+        assert!(double.total_power.abs_diff_eq(2.0 * single, 1e-4), "{} of {single}", double.total_power);
+        assert!(double.lights.iter().all(|light| light.two_sided == 1), "each light says so");
+    }
+
+    #[test]
+    fn the_environment_is_the_last_light_and_fills_the_bounding_sphere() {
+        let mut scene = builtin::caustics();
+        scene.set_environment(Environment::constant(Vec3::new(1.0, 0.5, 0.0)).unwrap());
+        let radius = scene.bounding_sphere().1;
+        let lights = list(&scene);
+        let last = &lights.lights[lights.light_count as usize - 1];
+        assert_eq!(last.kind, LightKind::Environment as u32);
+        assert!(last.cdf.to_bits() == 1.0_f32.to_bits(), "the last that is selected");
+        // 4π² R² L.
+        let expected = 4.0 * PI * PI * radius * radius;
+        let power = lights.budget.lamps()[1].power;
+        assert!((power.x / expected - 1.0).abs() < 1e-5 && (power.y / power.x - 0.5).abs() < 1e-5, "{power} of {expected}");
+        assert!((lights.total_power - lights.budget.lamps()[0].power - power).length() < 1e-3 * expected, "the sum of both");
+    }
+
+    #[test]
+    fn a_guided_light_has_all_its_photons_in_its_twins() {
+        let scene = builtin::caustics();
+        let lights = list(&scene);
+        assert!(lights.guide_count > 0, "glass and brass");
+        assert_eq!(lights.lights.len() as u32, lights.light_count + lights.punctual_count * lights.guide_count);
+        let twins = &lights.lights[lights.light_count as usize..];
+        let sum: f32 = twins.iter().map(|twin| twin.photon_probability[1]).sum();
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        assert!(twins.iter().all(|twin| twin.guide_radius > 0.0 && twin.photon_probability[0] == 0.0), "{twins:?}");
+        assert!((lights.lights[0].photon_probability[0] - 1.0).abs() < 1e-6, "uniform emission leaves from the light itself");
     }
 }

@@ -18,7 +18,7 @@ pub enum Alpha {
     Blend,
 }
 
-/// A surface of the metallic-roughness model. Every surface is two-sided, but emits from its front.
+/// A surface of the metallic-roughness model. Every surface scatters light on both sides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name in the file, for messages.
@@ -37,6 +37,8 @@ pub struct Material {
     pub normal_texture: Option<(TextureUse, f32)>,
     /// Radiance emitted from the front side (W·m⁻²·sr⁻¹): factor × strength.
     pub emissive: [f32; 3],
+    /// Emits from the back side as well.
+    pub double_sided: bool,
     /// Multiplies `emissive`; sRGB.
     pub emissive_texture: Option<TextureUse>,
     /// Share of the light that enters the surface and is refracted instead of scattered back, in `[0, 1]`.
@@ -65,6 +67,7 @@ impl Default for Material {
             metallic_roughness_texture: None,
             normal_texture: None,
             emissive: [0.0; 3],
+            double_sided: false,
             emissive_texture: None,
             transmission: 0.0,
             ior: 1.5,

@@ -10,8 +10,11 @@
 //! that there is one hierarchy and no transform at hit time. Units are those of [`Light`] and
 //! [`Material`]: intensity in W·sr⁻¹, irradiance in W·m⁻², radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
 
+mod budget;
 mod camera;
+mod environment;
 mod error;
+mod guides;
 mod light;
 mod light_list;
 mod load;
@@ -27,10 +30,12 @@ mod pages;
 mod upload;
 mod writer;
 
+pub use budget::{Lamp, PhotonBudget};
 pub use bvh::{Bvh, BvhStats, Hit};
 pub use camera::Camera;
+pub use environment::Environment;
 pub use error::SceneError;
-pub use light::{Light, spot_falloff};
+pub use light::{Emission, Light, spot_falloff};
 pub use material::{Alpha, Material};
 pub use texture::{TextureData, TextureUse, Wrap};
 pub use traits::SceneTraits;
@@ -80,6 +85,9 @@ impl Triangle {
 /// Coordinates beyond this (m) are refused: squares of areas would overflow 32-bit floats.
 pub(crate) const LARGEST_COORDINATE_M: f32 = 1e8;
 
+/// What is said of a scene in which nothing emits.
+const DEFAULT_LIGHT: &str = "nothing in the scene emits light: added a directional light of π W/m² from above";
+
 /// A scene on the CPU.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -93,6 +101,14 @@ pub struct Scene {
     pub textures: Vec<TextureData>,
     /// Punctual lights.
     pub lights: Vec<Light>,
+    /// Their names, by the same index; a light without one is called `light` and its index.
+    pub light_names: Vec<String>,
+    /// Radiance from infinitely far away.
+    pub environment: Option<Environment>,
+    /// Factors on the number of photons that a lamp gets, by its name; see [`Self::set_photon_weight`].
+    pub photon_weights: Vec<(String, f32)>,
+    /// The only light is the one that was added to a dark scene; an environment replaces it.
+    pub default_light: bool,
     /// Cameras in file order.
     pub cameras: Vec<Camera>,
     /// What was skipped or added while loading; to be shown to the user.
@@ -108,12 +124,23 @@ pub struct SceneInfo {
     pub bounds_radius: f32,
     /// Triangles.
     pub triangle_count: u32,
-    /// Lights in the light list: punctual ones, then emissive triangles.
+    /// Lights in the light list: punctual ones, then emissive triangles, then the environment.
     pub light_count: u32,
     /// Punctual lights; they come first in the list.
     pub punctual_count: u32,
+    /// Spheres around what refracts or mirrors, which guided emission aims at.
+    pub guide_count: u32,
+    /// How photons leave the lights.
+    pub emission: Emission,
     /// Flux of all lights together (W).
     pub total_power: Vec3,
+}
+
+impl SceneInfo {
+    /// The same scene with photons that leave by `emission`. Without anything to aim at, emission stays uniform.
+    pub fn with_emission(self, emission: Emission) -> Self {
+        Self { emission: if self.guide_count > 0 { emission } else { Emission::Uniform }, ..self }
+    }
 }
 
 impl Scene {
@@ -178,6 +205,39 @@ impl Scene {
         }
     }
 
+    /// Lights the scene from infinitely far away, in place of an environment or default light it had.
+    pub fn set_environment(&mut self, environment: Environment) {
+        if std::mem::take(&mut self.default_light) {
+            self.lights.clear();
+            self.light_names.clear();
+            self.warnings.retain(|warning| warning != DEFAULT_LIGHT);
+        }
+        self.environment = Some(environment);
+    }
+
+    /// Multiplies the number of photons that the lamp `name` gets by `weight`, 1/16 to 16; the image stays the same on
+    /// average. Lamps are the punctual lights, the emissive materials and `environment`.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownLight`] lists the names, [`SceneError::PhotonWeight`] the range.
+    pub fn set_photon_weight(&mut self, name: &str, weight: f32) -> Result<(), SceneError> {
+        let lamps = light_list::lamp_names(self);
+        if !lamps.iter().any(|lamp| lamp == name) {
+            let available = lamps.iter().map(|lamp| format!("`{lamp}`")).collect::<Vec<_>>().join(", ");
+            return Err(SceneError::UnknownLight { scene: self.name.clone(), name: name.to_owned(), available });
+        }
+        if !budget::is_weight(weight) {
+            return Err(SceneError::PhotonWeight { scene: self.name.clone(), name: name.to_owned(), weight });
+        }
+        self.put_photon_weight(name, weight);
+        Ok(())
+    }
+
+    fn put_photon_weight(&mut self, name: &str, weight: f32) {
+        self.photon_weights.retain(|(lamp, _)| lamp != name);
+        self.photon_weights.push((name.to_owned(), weight));
+    }
+
     /// Drops triangles that cannot be hit and counts them in the warnings.
     pub(crate) fn drop_unsound_triangles(&mut self) {
         let before = self.triangles.len();
@@ -190,7 +250,8 @@ impl Scene {
 
     /// Whether any surface or light emits.
     fn emits(&self) -> bool {
-        self.lights.iter().any(|light| light.strength().max_element() > 0.0)
+        self.environment.as_ref().is_some_and(|environment| environment.irradiance_all_round().max_element() > 0.0)
+            || self.lights.iter().any(|light| light.strength().max_element() > 0.0)
             || self.triangles.iter().any(|triangle| {
                 let emissive = self.materials.get(triangle.material as usize).map(|m| m.emissive);
                 emissive.is_some_and(|e| e.iter().any(|&c| c > 0.0))
@@ -206,7 +267,9 @@ impl Scene {
             direction_world: Vec3::new(-0.4, -1.0, -0.5).normalize(),
             irradiance: Vec3::splat(std::f32::consts::PI),
         }];
-        self.warnings.push("nothing in the scene emits light: added a directional light of π W/m² from above".into());
+        self.light_names = vec!["default".into()];
+        self.default_light = true;
+        self.warnings.push(DEFAULT_LIGHT.into());
     }
 }
 

@@ -15,12 +15,14 @@ pub struct SceneTraits {
     pub textures: bool,
     /// Alpha lets some rays pass.
     pub alpha: bool,
+    /// Light comes from the environment.
+    pub environment: bool,
 }
 
 impl Default for SceneTraits {
     /// Everything may occur.
     fn default() -> Self {
-        Self { glossy: true, refracts: true, textures: true, alpha: true }
+        Self { glossy: true, refracts: true, textures: true, alpha: true, environment: true }
     }
 }
 
@@ -40,6 +42,7 @@ impl SceneTraits {
             refracts: any(&|material| material.transmission > 0.0),
             textures: any(&Material::has_texture),
             alpha: any(&|material| material.lets_rays_pass(&scene.textures)),
+            environment: scene.environment.is_some(),
         }
     }
 
@@ -49,12 +52,13 @@ impl SceneTraits {
     }
 
     /// The WGSL overrides and their values.
-    pub(crate) fn constants(self) -> [(&'static str, bool); 4] {
+    pub(crate) fn constants(self) -> [(&'static str, bool); 5] {
         [
             ("SCENE_GLOSSY", self.glossy),
             ("SCENE_REFRACTS", self.refracts),
             ("SCENE_TEXTURES", self.textures),
             ("SCENE_ALPHA", self.alpha),
+            ("SCENE_ENVIRONMENT", self.environment),
         ]
     }
 }
@@ -66,7 +70,7 @@ mod tests {
 
     #[test]
     fn only_what_occurs_is_asked_for() {
-        let none = SceneTraits { glossy: false, refracts: false, textures: false, alpha: false };
+        let none = SceneTraits { glossy: false, refracts: false, textures: false, alpha: false, environment: false };
         assert_eq!(SceneTraits::of(&builtin::cornell()), none);
         let caustics = SceneTraits::of(&builtin::caustics());
         assert_eq!(caustics, SceneTraits { glossy: true, refracts: true, ..none });

@@ -1,10 +1,11 @@
-//! The scene on the GPU: five storage buffers and one array texture, imported into each frame's graph.
+//! The scene on the GPU: five storage buffers, an array texture and the environment's map, imported into each frame's graph.
 
+use super::environment::Map;
 use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
-use super::{Bvh, BvhStats, Scene, SceneError, SceneInfo, SceneTraits};
+use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits};
 use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, wgpu};
 
 /// A scene in GPU memory.
@@ -16,6 +17,8 @@ pub struct GpuScene {
     materials: Resident,
     lights: Resident,
     texels: (Option<wgpu::Texture>, TextureDesc),
+    environment: (Option<wgpu::Texture>, TextureDesc),
+    budget: PhotonBudget,
     info: SceneInfo,
     traits: SceneTraits,
     /// Size and cost of the hierarchy.
@@ -37,6 +40,8 @@ pub struct SceneHandles {
     pub lights: Handle<Buffer>,
     /// All texels, rgba8unorm; view it as rgba8unorm-srgb for `texels_srgb`.
     pub texels: Handle<Texture>,
+    /// The environment's map and how to draw from it, rgba32float; see `shared/environment.wgsl`.
+    pub environment: Handle<Texture>,
     /// What the scene asks of the shaders.
     pub traits: SceneTraits,
 }
@@ -101,6 +106,7 @@ impl GpuScene {
         let all: &[Light] = if list.lights.is_empty() { &[none] } else { &list.lights };
         let lights = to.array("lights", all.iter().copied())?;
         let texels = to.texels(&scene.textures, &pages)?;
+        let environment = to.environment(&Map::new(scene.environment.as_ref()))?;
         to.drain();
 
         Ok(Self {
@@ -110,12 +116,16 @@ impl GpuScene {
             materials,
             lights,
             texels,
+            environment,
+            budget: list.budget,
             info: SceneInfo {
                 bounds_center,
                 bounds_radius,
                 triangle_count: scene.triangles.len() as u32,
-                light_count: list.lights.len() as u32,
+                light_count: list.light_count,
                 punctual_count: list.punctual_count,
+                guide_count: list.guide_count,
+                emission: Emission::Uniform,
                 total_power: list.total_power,
             },
             traits: SceneTraits::of(scene),
@@ -131,12 +141,19 @@ impl GpuScene {
         let lights = import(&self.lights);
         let (texture, desc) = &self.texels;
         let texels = graph.import_texture("texels", desc.clone(), texture.clone());
-        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, traits: self.traits }
+        let (texture, desc) = &self.environment;
+        let environment = graph.import_texture("environment", desc.clone(), texture.clone());
+        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, traits: self.traits }
     }
 
     /// Bounds, counts and flux: what strategies need to know.
     pub fn info(&self) -> SceneInfo {
         self.info
+    }
+
+    /// The lamps and how photons are shared among them.
+    pub fn budget(&self) -> &PhotonBudget {
+        &self.budget
     }
 
     /// Bytes that the scene takes on the GPU.
@@ -146,6 +163,7 @@ impl GpuScene {
             .map(|resident| resident.desc.size)
             .sum::<u64>()
             + self.texels.1.bytes()
+            + self.environment.1.bytes()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Writes a scene's buffers and textures in chunks, so that nothing large is in memory twice.
 
+use super::environment::Map;
 use super::pages::{MOST_TEXELS, Pages, Strip};
 use super::{SceneError, TextureData};
 use lightloom_graph::{BufferDesc, ShaderStruct, TextureDesc, wgpu};
@@ -109,6 +110,37 @@ impl<'a> Writer<'a> {
         });
         let rows = (CHUNK_BYTES / (width as usize * 4)) as u32;
         pages.write(textures, rows, |strip, bytes| self.write_strip(queue, &texture, strip, bytes));
+        Ok((Some(texture), desc))
+    }
+
+    /// The environment's map.
+    pub(super) fn environment(&mut self, map: &Map) -> Result<(Option<wgpu::Texture>, TextureDesc), SceneError> {
+        let [width, height] = map.size;
+        let format = wgpu::TextureFormat::Rgba32Float;
+        let desc = TextureDesc::new_2d(map.size, format);
+        let Some((device, queue)) = self.gpu else { return Ok((None, desc)) };
+        let most = device.limits().max_texture_dimension_2d;
+        self.allow("environment", width.max(height).into(), "texels across or down", most.into(), "max_texture_dimension_2d")?;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("environment"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let row_bytes = width * 16;
+        let rows = (CHUNK_BYTES as u32 / row_bytes).max(1);
+        for (index, chunk) in map.texels.chunks((rows * width) as usize).enumerate() {
+            let mut target = texture.as_image_copy();
+            target.origin.y = index as u32 * rows;
+            let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+            let size = wgpu::Extent3d { width, height: chunk.len() as u32 / width, depth_or_array_layers: 1 };
+            queue.write_texture(target, bytemuck::cast_slice(chunk), layout, size);
+            self.count(chunk.len() * 16);
+        }
         Ok((Some(texture), desc))
     }
 

@@ -227,5 +227,6 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let (bvh_nodes, bvh_triangles, triangles) = (buffer("bvh_nodes"), buffer("bvh_triangles"), buffer("triangles"));
     let (materials, lights) = (buffer("materials"), buffer("lights"));
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
-    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, traits: SceneTraits::default() }
+    let environment = graph.import_texture("environment", TextureDesc::new_2d([2, 1], POSITION), None);
+    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, traits: SceneTraits::default() }
 }

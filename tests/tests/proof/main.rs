@@ -9,6 +9,7 @@ mod determinism;
 mod discs;
 mod equality;
 mod ledger;
+mod lights;
 mod plane;
 mod references;
 mod shaders;

@@ -133,4 +133,7 @@ fn constants_are_alike_in_rust_and_wgsl() {
     expect("LIGHT_POINT", gpu_types::LightKind::Point as u32);
     expect("LIGHT_SPOT", gpu_types::LightKind::Spot as u32);
     expect("LIGHT_DIRECTIONAL", gpu_types::LightKind::Directional as u32);
+    expect("LIGHT_ENVIRONMENT", gpu_types::LightKind::Environment as u32);
+    expect("MATERIAL_TWO_SIDED", gpu_types::MATERIAL_TWO_SIDED);
+    expect("NO_PHOTONS", gpu_types::NONE);
 }

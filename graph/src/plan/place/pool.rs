@@ -178,12 +178,15 @@ impl Turns {
     }
 }
 
+/// First and last position of use.
+type Life = (usize, usize);
+
 /// The largest first, equal ones by first use; each takes the first object that is free over its life and has room for it.
 fn largest_first(items: &[Item], group: &[u32], room: impl Fn(u32) -> Room, lots: &mut Lots) {
     let mut group = group.to_vec();
     group.sort_by_key(|&item| (Reverse(room(item)), items[item as usize].lifetime.first));
-    // Per lot: its room, and the lives it holds, sorted.
-    let mut held: Vec<(u32, Room, Vec<(usize, usize)>)> = Vec::new();
+    // Lots with their room, and the lives they hold, sorted.
+    let mut held: Vec<(u32, Room, Vec<Life>)> = Vec::new();
     for index in group {
         let lifetime = items[index as usize].lifetime;
         let (wanted, life) = (room(index), (lifetime.first, lifetime.last));

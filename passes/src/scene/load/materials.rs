@@ -87,6 +87,7 @@ fn read(
         metallic_roughness_texture,
         normal_texture,
         emissive: (Vec3::from(gltf.emissive_factor()) * strength).max(Vec3::ZERO).to_array(),
+        double_sided: gltf.double_sided(),
         emissive_texture,
         transmission: transmission.map_or(0.0, |t| t.transmission_factor().clamp(0.0, 1.0)),
         // The extension gives 0 the meaning "reflects everything"; below 1 makes no sense otherwise.

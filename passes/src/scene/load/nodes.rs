@@ -2,6 +2,7 @@
 
 use super::primitives::{Geometry, decode_mesh};
 use super::{SceneError, Source, label};
+use crate::scene::budget::is_weight;
 use crate::scene::{Camera, Light, Scene, light};
 use glam::{Mat4, Quat, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
@@ -50,7 +51,9 @@ pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneEr
         }
         let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
-            scene.lights.push(read_light(source, extension.light.value(), world_from_node)?);
+            let index = extension.light.value();
+            scene.lights.push(read_light(source, index, world_from_node)?);
+            label_light(source, index, node.name(), scene)?;
         }
         stack.extend(node.children().map(|child| (child.index(), world_from_node)).collect::<Vec<_>>().into_iter().rev());
     }
@@ -105,6 +108,26 @@ fn read_camera(
     let name = json.name.as_deref().or(node_name);
     let name = name.map_or_else(|| format!("camera {index}"), str::to_owned);
     Ok(Some(Camera::from_node(&name, world_from_node, yfov)))
+}
+
+/// Notes the name of the light just added, its own or its node's, and the `photon_weight` of its extras.
+fn label_light(source: &Source<'_>, index: usize, node_name: Option<&str>, scene: &mut Scene) -> Result<(), SceneError> {
+    let extensions = source.document.as_json().extensions.as_ref();
+    let json = extensions.and_then(|e| e.khr_lights_punctual.as_ref()).and_then(|e| e.lights.get(index));
+    let name = json.and_then(|json| json.name.as_deref()).or(node_name);
+    let name = name.map_or_else(|| format!("light {}", scene.light_names.len()), str::to_owned);
+    scene.light_names.push(name.clone());
+    let Some(extras) = json.and_then(|json| json.extras.as_ref()) else { return Ok(()) };
+    let extras: gltf::json::Value = gltf::json::deserialize::from_str(extras.get()).unwrap_or_default();
+    let Some(weight) = extras.get("photon_weight") else { return Ok(()) };
+    let place = || label("light", index, json.and_then(|json| json.name.as_deref()));
+    match weight.as_f64().map(|weight| weight as f32).filter(|&weight| is_weight(weight)) {
+        Some(weight) => {
+            scene.put_photon_weight(&name, weight);
+            Ok(())
+        }
+        None => Err(source.malformed(place(), format!("extras.photon_weight is {weight}, give a number from 0.0625 to 16"))),
+    }
 }
 
 fn read_light(source: &Source<'_>, index: usize, world_from_node: Mat4) -> Result<Light, SceneError> {

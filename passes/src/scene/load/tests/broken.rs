@@ -213,6 +213,9 @@ fn transforms_cameras_and_lights_out_of_range() {
     refused(&light(r#"{"name":"l","type":"point","intensity":-1}"#), &["light 0 `l`"]);
     refused(&light(r#"{"type":"spot"}"#), &["lights[0].spot", "missing"]);
     refused(&light(r#"{"type":"spot","spot":{"innerConeAngle":1,"outerConeAngle":0.5}}"#), &["light 0", "cone angles"]);
+    let weighed = |weight: &str| light(&format!(r#"{{"name":"l","type":"point","extras":{{"photon_weight":{weight}}}}}"#));
+    refused(&weighed("17"), &["light 0 `l`", "photon_weight is 17", "0.0625 to 16"]);
+    refused(&weighed("\"many\""), &["light 0 `l`", "photon_weight", "number"]);
     refused(&light(r#"{"type":"area"}"#), &["lights[0].type", "invalid"]);
 }
 

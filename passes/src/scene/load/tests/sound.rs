@@ -97,7 +97,7 @@ fn cameras_and_lights_come_with_their_units() {
             r#","cameras":[{"type":"perspective","perspective":{"yfov":0.5,"znear":0.1}},"#,
             r#"{"name":"main","type":"perspective","perspective":{"yfov":0.7,"znear":0.1}}],"#,
             r#""extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","color":[1,0.5,0],"intensity":4},"#,
-            r#"{"type":"directional","intensity":3},{"type":"spot","intensity":2,"spot":{"innerConeAngle":0.2,"outerConeAngle":0.6}}]}},"#,
+            r#"{"name":"sun","type":"directional","intensity":3,"extras":{"photon_weight":2.5}},{"type":"spot","intensity":2,"spot":{"innerConeAngle":0.2,"outerConeAngle":0.6}}]}},"#,
             r#""extensionsUsed":["KHR_lights_punctual"]"#
         )
         .into(),
@@ -115,6 +115,8 @@ fn cameras_and_lights_come_with_their_units() {
     let Light::Directional { direction_world, irradiance } = scene.lights[1] else { panic!("sun") };
     assert!(direction_world.abs_diff_eq(Vec3::NEG_Y, 1e-6), "−z turned down: {direction_world}");
     assert_eq!(irradiance, Vec3::splat(3.0));
+    assert_eq!(scene.light_names, ["light 0", "sun", "light 2"]);
+    assert_eq!(scene.photon_weights, [("sun".to_owned(), 2.5)]);
     let Light::Spot { cos_inner, cos_outer, .. } = scene.lights[2] else { panic!("spot") };
     assert!((cos_inner - 0.2_f32.cos()).abs() < 1e-6 && (cos_outer - 0.6_f32.cos()).abs() < 1e-6, "cones");
 }
@@ -143,7 +145,7 @@ fn materials_come_with_extensions_and_textures() {
         more: concat!(
             // No MIME type: the bytes say what they are.
             r#","images":[{"bufferView":2}],"samplers":[{"wrapS":33071,"wrapT":33648}],"textures":[{"source":0,"sampler":0}],"#,
-            r#""materials":[{"name":"glass","alphaMode":"MASK","alphaCutoff":0.25,"emissiveFactor":[1,0.5,0],"#,
+            r#""materials":[{"name":"glass","doubleSided":true,"alphaMode":"MASK","alphaCutoff":0.25,"emissiveFactor":[1,0.5,0],"#,
             r#""pbrMetallicRoughness":{"baseColorFactor":[0.5,0.5,0.5,1],"metallicFactor":0,"roughnessFactor":0.25,"#,
             r#""baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.25,0],"scale":[2,3]}}}},"#,
             r#""normalTexture":{"index":0,"scale":0.5},"#,
@@ -157,6 +159,7 @@ fn materials_come_with_extensions_and_textures() {
     let scene = document.load().unwrap();
     let material = &scene.materials[0];
     assert_eq!(Vec3::from(material.emissive), Vec3::new(4.0, 2.0, 0.0));
+    assert!(material.double_sided, "emits on both sides");
     assert_eq!((material.transmission, material.ior, material.thickness_m), (1.0, 1.3, 0.1));
     assert_eq!(material.alpha, Alpha::Mask(0.25));
     assert!((material.absorption().x - 0.5 * 2.0_f32.ln()).abs() < 1e-6, "σ_a = −ln ½ / 2 m");
