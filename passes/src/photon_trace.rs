@@ -25,7 +25,7 @@ const BYTES_PER_PATH: u64 =
 /// The paths in flight may take this part of the store.
 const STORE_SHARE: u64 = 11;
 /// A batch has at least this many paths, however small the store.
-const MIN_BATCH: u32 = 4096;
+const MIN_BATCH: u32 = 20_480;
 
 /// How many photons, and how far.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,21 +15,17 @@ struct DepositCull {
 const SIN_60: f32 = 0.8660254;
 
 fn deposit_can_be_seen(cull: DepositCull, position: vec3f, normal: vec3f) -> bool {
-    if cull.reach < 0.0 {
-        return true;
-    }
+    // No branches: Mesa's lavapipe 22 compiles a shader anew at every dispatch if one hangs on uniforms alone.
     var inside = true;
     for (var i = 0u; i < 4u; i += 1u) {
-        inside = inside && dot(cull.planes[i].xyz, position) + cull.planes[i].w >= -cull.reach;
+        inside &= dot(cull.planes[i].xyz, position) + cull.planes[i].w >= -cull.reach;
     }
     let to_eye = cull.eye - position;
     let distance = length(to_eye);
-    if distance <= cull.reach {
-        return inside;
-    }
-    // cos(150° + a) with sin a = reach / distance.
-    let sin_a = cull.reach / distance;
-    let cos_a = sqrt(1.0 - sin_a * sin_a);
+    // cos(150° + a) with sin a = reach / distance; from a = 30° on nothing is turned away too far.
+    let sin_a = cull.reach / max(distance, 1.0e-20);
+    let cos_a = sqrt(max(1.0 - sin_a * sin_a, 0.0));
     let limit = -SIN_60 * cos_a - 0.5 * sin_a;
-    return inside && (dot(normal, to_eye) >= distance * limit || sin_a >= 0.5);
+    let faces = (dot(normal, to_eye) >= distance * limit) | (sin_a >= 0.5);
+    return (cull.reach < 0.0) | (inside & faces);
 }

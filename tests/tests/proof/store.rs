@@ -6,8 +6,8 @@ use lightloom_passes::{Photon, PhotonSettings, PhotonTracing, shaders};
 use lightloom_tests::Lab;
 
 #[test]
-fn paths_in_flight_take_less_than_a_tenth_of_the_store() {
-    const EMITTED: u32 = 700_000;
+fn three_million_photons_take_their_store_and_a_tenth() {
+    const EMITTED: u32 = 3_000_000;
     let Some(mut lab) = Lab::open() else { return };
     let gpu_scene = lab.upload(&builtin::cornell());
     let settings = |capacity| PhotonSettings { capacity, ..PhotonSettings::new(EMITTED, 3, 1) };
