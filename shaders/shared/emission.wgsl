@@ -4,7 +4,7 @@
 // whole numbers: a light has ⌊N p⌋ or ⌈N p⌉ photons, N p on average over seeds.
 //
 // Guided emission serves photons that are wanted only where they first meet something specular: a punctual light sends them
-// into the cones or discs of its guides alone, the projection volume of [Jensen01, §5.3] and [Kim19]. Where guides overlap, a
+// into the cones or discs of its guides alone, the projection volume of [Jensen01] and [Kim19]. Where guides overlap, a
 // photon is weighted by the density of all of them together (one-sample balance heuristic, [Veach97]).
 #import "shared/math.wgsl"
 #import "shared/rng.wgsl"

@@ -8,7 +8,7 @@
 //! p = q / Σ q,   q = w max(s, F / n),   F = 1/4
 //! ```
 //!
-//! of the photons: unweighted at least F / ((1 + F) n). A photon carries `Φ_l / (N p)`, so nothing is biased. A lamp is a
+//! of the photons: unweighted at least F / ((1 + F) n). A photon carries the lamp's flux / (N p), so nothing is biased. A lamp is a
 //! punctual light, all triangles of one emissive material (which divide its photons by power), or the environment.
 
 use super::gpu_types::{LightKind, NONE};

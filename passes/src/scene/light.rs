@@ -71,11 +71,10 @@ pub enum Emission {
     /// Into all directions that a light shines in.
     #[default]
     Uniform = 0,
-    /// Punctual lights aim at what refracts or mirrors: at bounding spheres of it, the projection volume of
-    /// [Jensen01, §5.3] and Kim (*Ray Tracing Gems*, ch. 30). The same light arrives there with less noise, and less elsewhere: only for
-    /// photons whose first scattering is to be specular. Emissive triangles and the environment emit as ever.
-    ///
-    /// [Jensen01, §5.3]: https://doi.org/10.1201/b10685 "Realistic Image Synthesis Using Photon Mapping"
+    /// Punctual lights aim at what refracts or mirrors: at bounding spheres of it, the projection volume of Jensen
+    /// (*Realistic Image Synthesis Using Photon Mapping*, 2001) and Kim (*Ray Tracing Gems*, ch. 30). The same light arrives
+    /// there with less noise, and less elsewhere: only for photons whose first scattering is to be specular. Emissive
+    /// triangles and the environment emit as ever.
     Guided = 1,
 }
 
