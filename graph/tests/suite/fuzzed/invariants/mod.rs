@@ -1,32 +1,73 @@
 //! What holds of the plan of every frame that is accepted, computed anew and slowly, with nothing of the planner's.
 
-use lightloom_graph::{Declaration, Origin, PassOrder, Plan, PlanOptions, Sharing, SlotKind, Write, plan, to_dot, to_json};
-use std::collections::BTreeSet;
+mod contents;
+mod memory;
+mod points;
+mod steps;
 
-/// Plans a frame in every way and checks each plan; whether it could be planned, which is so in every way or in none.
-pub(crate) fn check(declaration: &Declaration) -> bool {
+use lightloom_graph::{
+    Access, Declaration, Need, Origin, PassOrder, Plan, PlanOptions, Sharing, Write, plan, plan_with_needs, to_dot, to_json,
+};
+use points::{Points, overlap};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The name of variables that WGSL may write and the shader only reads. wgpu takes that for a write, and a declaration does not
+/// show it.
+pub(super) const HELD: &str = "held";
+
+fn held(access: &Access) -> bool {
+    *access.binding == *HELD
+}
+
+fn outlives_frame(origin: Origin) -> bool {
+    !matches!(origin, Origin::Transient | Origin::Previous)
+}
+
+/// Plans a frame in every way and checks each plan. The default plan, if the frame can be planned, which is so in every way or
+/// in none.
+pub(crate) fn check(declaration: &Declaration) -> Option<Plan> {
     let mut accepted = BTreeSet::new();
     for sharing in [Sharing::Off, Sharing::Exact, Sharing::Merged, Sharing::Placed] {
-        for order in [PassOrder::Recorded, PassOrder::Memory] {
-            let options = PlanOptions::default().sharing(sharing).order(order);
-            let planned = plan(declaration, &options);
+        for (order, for_a_device) in [(PassOrder::Recorded, false), (PassOrder::Memory, false), (PassOrder::Memory, true)] {
+            let mut options = PlanOptions::default().sharing(sharing).order(order);
+            (options.transient_attachments, options.only_own_bytes) = (for_a_device, for_a_device);
+            let need = |resource: usize| need(declaration, resource, for_a_device);
+            let plan_it = || plan_with_needs(declaration, &options, &|resource, _| need(resource));
+            let planned = plan_it();
             accepted.insert(planned.is_ok());
             if let Ok(planned) = planned {
-                check_plan(declaration, &planned, options);
+                check_plan(declaration, &planned, options, &need);
+                assert_eq!(planned, plan_it().unwrap(), "planning is deterministic");
+                let plain = for_a_device || planned == plan(declaration, &options).unwrap();
+                assert!(plain, "without a device, resources need their bytes");
             }
         }
     }
     assert_eq!(accepted.len(), 1, "whether a frame can be planned depends on the frame alone");
-    accepted.contains(&true)
+    plan(declaration, &PlanOptions::default()).ok()
 }
 
-fn check_plan(declaration: &Declaration, plan: &Plan, options: PlanOptions) {
+/// What a resource needs of shared memory; on a device, more and other than its bytes.
+fn need(declaration: &Declaration, resource: usize, on_a_device: bool) -> Need {
+    let bytes = declaration.resources[resource].bytes;
+    if on_a_device {
+        let padded = bytes.checked_next_multiple_of(64).unwrap_or(bytes);
+        Need { bytes: padded, align: [64, 1024, 65536][resource % 3], class: resource as u32 % 2 }
+    } else {
+        Need { bytes, align: 256, class: 0 }
+    }
+}
+
+fn check_plan(declaration: &Declaration, plan: &Plan, options: PlanOptions, need: &dyn Fn(usize) -> Need) {
+    let points = Points::new(declaration);
     runs_or_is_culled(declaration, plan);
-    only_the_dead_are_culled(declaration, plan);
+    only_the_dead_are_culled(declaration, plan, &points);
     in_order(declaration, plan);
+    steps::may_share_a_render_pass(declaration, plan);
     alive(declaration, plan);
-    apart(declaration, plan, options);
-    assert_eq!(*plan, lightloom_graph::plan(declaration, &options).unwrap(), "planning is deterministic");
+    memory::apart(declaration, plan, options, need);
+    memory::arenas(declaration, plan);
+    contents::are_as_recorded(declaration, plan, &points, |resource| need(resource).bytes);
     assert!(to_dot(declaration, plan).ends_with("}\n"), "it can be drawn");
     assert!(to_json(declaration, plan).is_object(), "and written");
 }
@@ -41,35 +82,26 @@ fn runs_or_is_culled(declaration: &Declaration, plan: &Plan) {
     assert!(plan.culled.iter().all(|culled| !culled.reason.is_empty()), "every culled pass has its reason");
 }
 
-/// A pass runs if its effect outlives the frame, or if a pass that runs sees what it wrote.
-fn only_the_dead_are_culled(declaration: &Declaration, plan: &Plan) {
+/// A pass runs if its effect outlives the frame, or if a pass that runs sees some of what it wrote.
+fn only_the_dead_are_culled(declaration: &Declaration, plan: &Plan, points: &Points<'_>) {
     let passes = &declaration.passes;
-    if passes.iter().flat_map(|pass| &pass.accesses).any(|access| !access.part.is_all()) {
-        return;
-    }
     let mut live = vec![false; passes.len()];
-    for index in (0..passes.len()).rev() {
-        let outlives = |resource: usize| {
-            let resource = &declaration.resources[resource];
-            resource.keep || !matches!(resource.origin, Origin::Transient | Origin::Previous)
+    // Of each point that a pass uses later: whether one that runs sees what is there now.
+    let mut seen: BTreeMap<points::Point, bool> = BTreeMap::new();
+    for (index, pass) in passes.iter().enumerate().rev() {
+        let writes = || pass.accesses.iter().filter(|access| access.writes());
+        let outlives = |access: &Access| {
+            let resource = &declaration.resources[access.resource];
+            resource.keep || outlives_frame(resource.origin)
         };
-        // Later passes that run see it, up to the first that overwrites it.
-        let seen = |resource: usize| {
-            let later = (index + 1..passes.len()).flat_map(|pass| {
-                passes[pass].accesses.iter().filter(|access| access.resource == resource).map(move |access| (pass, access))
-            });
-            for (pass, access) in later {
-                if live[pass] && (access.read || access.write != Write::Overwrite) {
-                    return true;
-                }
-                if access.write == Write::Overwrite {
-                    return false;
-                }
-            }
-            false
-        };
-        let writes = || passes[index].accesses.iter().filter(|access| access.writes()).map(|access| access.resource);
-        live[index] = passes[index].side_effect || writes().any(outlives) || writes().any(seen);
+        let needed = writes().flat_map(|access| points.of(access)).any(|point| seen.get(&point) == Some(&true));
+        live[index] = pass.side_effect || writes().any(outlives) || needed;
+        for access in pass.accesses.iter().filter(|access| access.write == Write::Overwrite) {
+            seen.extend(points.of(access).map(|point| (point, false)));
+        }
+        for access in pass.accesses.iter().filter(|access| access.read || access.write == Write::Keep) {
+            points.of(access).for_each(|point| *seen.entry(point).or_default() |= live[index]);
+        }
     }
     for culled in &plan.culled {
         assert!(!live[culled.index], "pass {} is needed, and culled: {}", culled.index, culled.reason);
@@ -89,12 +121,8 @@ fn in_order(declaration: &Declaration, plan: &Plan) {
             // `earlier` runs first and was recorded last.
             let [a, b] = [earlier, later].map(|pass| &declaration.passes[pass]);
             assert!(!(a.pinned && b.pinned), "passes {later} and {earlier} are pinned");
-            let conflict = a.accesses.iter().any(|x| {
-                b.accesses.iter().any(|y| {
-                    let same_part = x.part == y.part || x.part.is_all() || y.part.is_all();
-                    x.resource == y.resource && same_part && (x.writes() || y.writes())
-                })
-            });
+            let conflict =
+                a.accesses.iter().any(|x| b.accesses.iter().any(|y| (x.writes() || y.writes()) && overlap(declaration, x, y)));
             assert!(!conflict, "pass {later} must run before pass {earlier}: {:?}", plan.order);
         }
     }
@@ -117,40 +145,4 @@ fn alive(declaration: &Declaration, plan: &Plan) {
     }
     assert_eq!(plan.live_bytes.len(), plan.order.len(), "bytes at every position");
     assert_eq!(plan.live_bytes.iter().max().copied().unwrap_or(0), plan.memory.ordered_peak_live_bytes, "the peak is the most");
-}
-
-/// No two resources lie in one place at one time.
-fn apart(declaration: &Declaration, plan: &Plan, options: PlanOptions) {
-    let wanted =
-        |resource: usize| declaration.resources[resource].origin == Origin::Transient && plan.lifetimes[resource].is_some();
-    for resource in 0..declaration.resources.len() {
-        assert_eq!(plan.slot_of[resource].is_some(), wanted(resource), "resource {resource} has memory if it needs it");
-        assert_eq!(plan.offsets[resource].is_some(), wanted(resource), "and an offset");
-    }
-    for (index, slot) in plan.slots.iter().enumerate() {
-        let members: BTreeSet<usize> = (0..declaration.resources.len()).filter(|&r| plan.slot_of[r] == Some(index)).collect();
-        assert_eq!(members, slot.resources.iter().copied().collect(), "a slot lists what lies in it");
-        // A frame of more bytes than a number holds cannot run; its plan says only that it is too large.
-        if slot.bytes == u64::MAX {
-            continue;
-        }
-        let place = |resource: usize| {
-            let start = plan.offsets[resource].unwrap();
-            start..start.checked_add(declaration.resources[resource].bytes).expect("it ends within the slot")
-        };
-        for &a in &members {
-            assert!(place(a).end <= slot.bytes, "resource {a} lies inside its slot");
-            for &b in members.range(..a) {
-                let [x, y] = [a, b].map(|resource| plan.lifetimes[resource].unwrap());
-                let meet = x.first <= y.last && y.first <= x.last;
-                let touch = place(a).start < place(b).end && place(b).start < place(a).end;
-                assert!(!(meet && (touch || slot.kind == SlotKind::Object)), "resources {a} and {b} overlap");
-            }
-        }
-    }
-    let memory = plan.memory;
-    let slots = plan.slots.iter().fold(0_u64, |sum, slot| sum.saturating_add(slot.bytes));
-    assert_eq!(slots, memory.allocated_bytes, "what the slots take");
-    assert!(memory.ordered_peak_live_bytes <= memory.allocated_bytes, "less than the lower bound: {memory:?}");
-    assert!(options.sharing != Sharing::Off || memory.allocated_bytes == memory.unshared_bytes, "{memory:?}");
 }
