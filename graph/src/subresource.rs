@@ -49,13 +49,13 @@ impl Subresources {
         self == Self::ALL
     }
 
-    /// The mip levels, in a texture of `count`.
-    pub(crate) fn mips_of(self, count: u32) -> Range<u32> {
+    /// The mip levels, from 0, in a texture of `count`.
+    pub fn mips_of(self, count: u32) -> Range<u32> {
         self.mips[0]..self.mips[1].min(count)
     }
 
-    /// The layers, in a texture of `count`.
-    pub(crate) fn layers_of(self, count: u32) -> Range<u32> {
+    /// The layers, from 0, in a texture of `count`; a volume has one.
+    pub fn layers_of(self, count: u32) -> Range<u32> {
         self.layers[0]..self.layers[1].min(count)
     }
 

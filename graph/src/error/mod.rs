@@ -2,6 +2,8 @@
 
 mod place;
 mod shader;
+#[cfg(test)]
+mod texts;
 mod words;
 
 pub(crate) use place::PassRef;

@@ -1,83 +1,22 @@
 //! Sequences of calls of the graph from bytes, right and wrong ones.
 
-use super::invariants::check;
+use super::{
+    invariants::check,
+    known::{Buffers, Bytes, Known, Textures, pick, two},
+    passes::Drawn,
+};
 use lightloom_graph::{
-    Buffer, BufferDesc, ComputeShader, Graph, Handle, Load, PlanOptions, RasterShader, Resource, Texture, TextureDesc,
+    BufferDesc, Declaration, Graph, Initial, Plan, PlanOptions, TextureDesc,
     wgpu::{TextureFormat, TextureUsages},
 };
-use std::sync::OnceLock;
-
-/// Bytes, one after the other; zeroes past the end.
-struct Bytes<'a>(&'a [u8]);
-
-impl Bytes<'_> {
-    fn next(&mut self) -> u8 {
-        let Some((&first, rest)) = self.0.split_first() else { return 0 };
-        self.0 = rest;
-        first
-    }
-
-    /// The position of one of `count`.
-    fn index(&mut self, count: usize) -> usize {
-        usize::from(self.next()) % count.max(1)
-    }
-
-    /// True one time in `n`.
-    fn rarely(&mut self, n: u8) -> bool {
-        self.next() % n == n - 1
-    }
-}
-
-struct Shaders {
-    /// Reads a buffer and writes one.
-    words: ComputeShader,
-    /// Reads and writes one buffer.
-    update: ComputeShader,
-    /// Reads a texture and writes one.
-    texels: ComputeShader,
-    draw: RasterShader,
-}
-
-fn shaders() -> &'static Shaders {
-    static SHADERS: OnceLock<Shaders> = OnceLock::new();
-    SHADERS.get_or_init(|| Shaders {
-        words: ComputeShader::from_wgsl(
-            "words",
-            "@group(0) @binding(0) var<storage, read> a: array<u32>;
-            @group(0) @binding(1) var<storage, read_write> goal: array<u32>;
-            @compute @workgroup_size(64) fn words(@builtin(global_invocation_id) id: vec3u) { goal[id.x] = a[id.x]; }",
-        )
-        .unwrap(),
-        update: ComputeShader::from_wgsl(
-            "update",
-            "@group(0) @binding(1) var<storage, read_write> goal: array<u32>;
-            @compute @workgroup_size(64) fn update(@builtin(global_invocation_id) id: vec3u) { goal[id.x] += 1u; }",
-        )
-        .unwrap(),
-        texels: ComputeShader::from_wgsl(
-            "texels",
-            "@group(0) @binding(0) var a: texture_2d<u32>;
-            @group(0) @binding(1) var goal: texture_storage_2d<r32uint, write>;
-            @compute @workgroup_size(8, 8) fn texels(@builtin(global_invocation_id) id: vec3u) {
-                textureStore(goal, id.xy, textureLoad(a, id.xy, 0));
-            }",
-        )
-        .unwrap(),
-        draw: RasterShader::from_wgsl(
-            "draw",
-            "struct Output { @location(0) color: u32 }
-            @vertex fn draw_vertex() -> @builtin(position) vec4f { return vec4f(0.0); }
-            @fragment fn draw_fragment() -> Output { return Output(0u); }",
-        )
-        .unwrap(),
-    })
-}
 
 fn buffer_desc(bytes: &mut Bytes<'_>, careful: bool) -> BufferDesc {
     match bytes.next() {
         // Far more than there is.
         255 => BufferDesc::bytes(u64::MAX - u64::from(bytes.next())),
-        n => BufferDesc::bytes(u64::from(n % 8 + u8::from(careful)) * 100),
+        // More than half an arena.
+        254 => BufferDesc::bytes(200 << 20),
+        n => BufferDesc::bytes(u64::from(n % 8 + u8::from(careful)) * 256),
     }
 }
 
@@ -87,84 +26,32 @@ fn texture_desc(bytes: &mut Bytes<'_>, careful: bool) -> TextureDesc {
     let format = if number / 8 % 4 == 3 { TextureFormat::Depth32Float } else { TextureFormat::R32Uint };
     let desc = TextureDesc::new_2d(size, format);
     match number / 32 {
-        6 => desc.mip_levels(3),
+        4 => desc.mip_levels(3).layers(2),
+        5 | 6 => desc.mip_levels(3),
         7 => desc.layers(if number % 8 == 1 { u32::MAX } else { 2 }),
         _ => desc,
     }
 }
 
-/// A handle and what a careful caller knows of it.
-struct Known<T: Resource> {
-    handle: Handle<T>,
-    written: bool,
-    previous: bool,
-}
-
-impl<T: Resource> Known<T> {
-    fn new(handle: Handle<T>) -> Self {
-        Self { handle, written: false, previous: false }
-    }
-
-    fn pair(pair: lightloom_graph::History<T>) -> [Self; 2] {
-        let previous = Self { handle: pair.previous, written: true, previous: true };
-        [previous, Self::new(pair.current)]
-    }
-}
-
-/// One of the items that pass, or of all for a careless caller.
-fn pick<T>(items: &[T], bytes: &mut Bytes<'_>, careful: bool, passes: impl Fn(&T) -> bool) -> Option<usize> {
-    let fitting: Vec<usize> = (0..items.len()).filter(|&index| !careful || passes(&items[index])).collect();
-    fitting.get(bytes.index(fitting.len())).copied()
-}
-
-/// One to write; it counts as written from now on.
-fn goal<'a, T: Resource>(
-    items: &'a mut [Known<T>],
-    bytes: &mut Bytes<'_>,
-    careful: bool,
-    fits: impl Fn(&T::Desc) -> bool,
-) -> Option<&'a mut Handle<T>> {
-    let index = pick(items, bytes, careful, |item| !item.previous && fits(item.handle.desc()))?;
-    items[index].written = true;
-    Some(&mut items[index].handle)
-}
-
-/// One to read.
-fn source<'a, T: Resource>(items: &'a [Known<T>], bytes: &mut Bytes<'_>, careful: bool) -> Option<&'a Handle<T>> {
-    pick(items, bytes, careful, |item| item.written).map(|index| &items[index].handle)
-}
-
-/// One to read and another to write, of descriptions that fit.
-fn two<'a, T: Resource>(
-    items: &'a mut [Known<T>],
-    bytes: &mut Bytes<'_>,
-    careful: bool,
-    fits: impl Fn(&T::Desc, &T::Desc) -> bool,
-) -> Option<(&'a Handle<T>, &'a mut Handle<T>)> {
-    let from = pick(items, bytes, careful, |item| item.written && fits(item.handle.desc(), item.handle.desc()))?;
-    let desc = items[from].handle.desc().clone();
-    let to = pick(items, bytes, careful, |item| !item.previous && fits(&desc, item.handle.desc()))?;
-    let [first, second] = items.get_disjoint_mut([from, to]).ok()?;
-    second.written = true;
-    Some((&first.handle, &mut second.handle))
-}
-
-/// One layer, one mip level, whole numbers.
-fn flat(desc: &TextureDesc) -> bool {
-    desc.size[2] == 1 && desc.mip_level_count == 1 && desc.format == TextureFormat::R32Uint
+/// First contents; a careless caller's are of any length.
+fn initial(bytes: &mut Bytes<'_>, careful: bool, needed: u64) -> Initial {
+    let length = if careful { needed } else { u64::from(bytes.next()) };
+    // Nobody has bytes for the largest.
+    if bytes.rarely(2) && length < 1 << 16 { Initial::Bytes(vec![1; length as usize].into()) } else { Initial::Zero }
 }
 
 /// A frame in the making.
-struct Frame<'f> {
-    graph: Graph<'f>,
-    buffers: Vec<Known<Buffer>>,
-    textures: Vec<Known<Texture>>,
+pub(super) struct Frame<'f> {
+    pub(super) graph: Graph<'f>,
+    pub(super) buffers: Buffers,
+    pub(super) textures: Textures,
+    pub(super) drawn: Option<Drawn>,
     /// Whether calls are chosen that are likely to be accepted.
-    careful: bool,
+    pub(super) careful: bool,
 }
 
-/// Declares what the bytes say; what is accepted is planned. Whether it could be.
-pub(crate) fn declaration(bytes: &[u8]) -> bool {
+/// Declares what the bytes say; what is accepted is planned. The frame and its plan, if it could be.
+pub(crate) fn declaration(bytes: &[u8]) -> Option<(Declaration, Plan)> {
     let bytes = &mut Bytes(bytes);
     let careful = bytes.next() % 4 > 0;
     let mut graph = Graph::new("fuzz");
@@ -174,97 +61,109 @@ pub(crate) fn declaration(bytes: &[u8]) -> bool {
     let owner = if careful { &mut graph } else { &mut other };
     let buffer = owner.import_buffer("imported", BufferDesc::bytes(100), None);
     let texture = owner.import_texture("imported", desc, None);
-    let buffers = vec![Known { written: true, ..Known::new(buffer) }];
-    let textures = vec![Known { written: true, ..Known::new(texture) }];
-    let mut frame = Frame { graph, buffers, textures, careful };
+    let buffers = vec![Known::full(buffer)];
+    let textures = vec![Known::full(texture)];
+    let mut frame = Frame { graph, buffers, textures, drawn: None, careful };
     while !bytes.0.is_empty() {
-        // `None`: there was nothing to call it with.
         let _: Option<()> = frame.call(bytes);
     }
     let planned = frame.graph.plan(&PlanOptions::default());
     match frame.graph.declaration() {
-        Ok(declaration) => check(&declaration),
+        Ok(declaration) => check(&declaration).map(|plan| (declaration, plan)),
         Err(error) => {
             assert_eq!(planned.err(), Some(error), "a frame with mistakes is not planned");
-            false
+            None
         }
     }
 }
 
 impl Frame<'_> {
+    /// `None`: there was nothing to call it with.
     fn call(&mut self, bytes: &mut Bytes<'_>) -> Option<()> {
-        let Self { graph, buffers, textures, careful } = self;
-        let careful = *careful;
         let name = ["a", "b", "b#2", "", "clear b"][bytes.index(5)];
-        match bytes.next() % 20 {
-            0 | 1 => buffers.push(Known::new(graph.buffer(name, buffer_desc(bytes, careful)))),
-            2 | 3 => textures.push(Known::new(graph.texture(name, texture_desc(bytes, careful)))),
-            4 => buffers.extend(Known::pair(graph.history_buffer(name, buffer_desc(bytes, careful)))),
-            5 => textures.extend(Known::pair(graph.history_texture(name, texture_desc(bytes, careful)))),
-            6 | 7 => {
-                let (from, to) = two(buffers, bytes, careful, |_, _| true)?;
-                let pass = graph.compute(&shaders().words);
-                let pass = if !careful && bytes.rarely(16) { pass } else { pass.read("a", from) };
-                let pass = if bytes.rarely(8) { pass.pinned() } else { pass };
-                pass.write(if !careful && bytes.rarely(16) { "gaol" } else { "goal" }, to).dispatch_1d(64);
+        match bytes.next() % 32 {
+            0..6 => self.resource(name, bytes),
+            6..9 => self.words(bytes)?,
+            9 => self.update(name, bytes)?,
+            10 => self.choose(bytes)?,
+            11 => self.texels(bytes)?,
+            12..16 => self.levels(bytes)?,
+            16..18 => self.clear_part(bytes)?,
+            18..20 => self.draw(bytes)?,
+            20..24 => self.draw_again(bytes)?,
+            _ => self.transfer(name, bytes)?,
+        }
+        Some(())
+    }
+
+    fn resource(&mut self, name: &str, bytes: &mut Bytes<'_>) {
+        let Self { graph, buffers, textures, careful, .. } = self;
+        let careful = *careful;
+        let is_buffer = bytes.rarely(2);
+        let (buffer, texture) = (buffer_desc(bytes, careful), texture_desc(bytes, careful));
+        // A texture's first contents are those of its first mip.
+        let first = texture.clone().mip_levels(1);
+        match (bytes.next() % 8, is_buffer) {
+            (0, true) => {
+                let initial = initial(bytes, careful, buffer.size);
+                buffers.extend(Known::pair(graph.history_buffer_from(name, buffer, initial)));
             }
-            8 => {
-                let index = pick(buffers, bytes, careful, |item| item.written && !item.previous)?;
-                graph.compute(&shaders().update).name(name).write("goal", &mut buffers[index].handle).dispatch_1d(64);
+            (0, false) => {
+                let initial = initial(bytes, careful, first.bytes());
+                textures.extend(Known::pair(graph.history_texture_from(name, texture, initial)));
             }
-            9 | 10 => {
-                let (from, to) = two(textures, bytes, careful, |a, b| flat(a) && flat(b))?;
-                graph.compute(&shaders().texels).read("a", from).write("goal", to).dispatch_threads([8, 4, 1]);
+            (1, true) => {
+                let initial = initial(bytes, careful, buffer.size);
+                buffers.push(Known::full(graph.persistent_buffer(name, buffer, initial)));
             }
-            11 => {
-                let to = goal(textures, bytes, careful, flat)?;
-                graph.raster(&shaders().draw).color("color", to, Load::Clear([0.0; 4])).draw(3, 1);
+            (1, false) => {
+                let initial = initial(bytes, careful, first.bytes());
+                textures.push(Known::full(graph.persistent_texture(name, texture, initial)));
             }
-            12 => {
-                let index = pick(textures, bytes, careful, |item| item.written && !item.previous && flat(item.handle.desc()))?;
-                graph.raster(&shaders().draw).color("color", &mut textures[index].handle, Load::Keep).draw(3, 1);
-            }
-            13 => {
-                let color = pick(textures, bytes, careful, |item| !item.previous && flat(item.handle.desc()))?;
-                let desc = textures[color].handle.desc().clone();
-                let depth = pick(textures, bytes, careful, |item| {
-                    let other = item.handle.desc();
-                    let depth = other.format == TextureFormat::Depth32Float && other.mip_level_count == 1;
-                    !item.previous && depth && other.size == desc.size
-                })?;
-                let [color, depth] = textures.get_disjoint_mut([color, depth]).ok()?;
-                (color.written, depth.written) = (true, true);
-                let pass = graph.raster(&shaders().draw).color("color", &mut color.handle, Load::Clear([0.0; 4]));
-                pass.depth(&mut depth.handle, Load::ClearDepth(1.0)).draw(3, 1);
-            }
-            14 => {
+            (_, true) => buffers.push(Known::new(graph.buffer(name, buffer))),
+            (_, false) => textures.push(Known::new(graph.texture(name, texture))),
+        }
+    }
+
+    /// Closures, clears of buffers, copies, readbacks, and what is kept.
+    fn transfer(&mut self, name: &str, bytes: &mut Bytes<'_>) -> Option<()> {
+        let Self { graph, buffers, textures, careful, .. } = self;
+        let careful = *careful;
+        match bytes.next() % 8 {
+            0 => {
                 let (from, to) = two(buffers, bytes, careful, |_, _| true)?;
                 let pass = graph.closure(name).read(from).write(to);
                 let pass = if bytes.rarely(4) { pass.side_effect() } else { pass };
+                let pass = if bytes.rarely(4) { pass.pinned() } else { pass };
                 pass.record(|_| Ok(()));
             }
-            15 => {
+            1 => {
                 let (from, to) = two(textures, bytes, careful, |_, _| true)?;
                 let pass = graph.closure(name).read_as(from, TextureUsages::TEXTURE_BINDING);
                 pass.write_as(to, TextureUsages::RENDER_ATTACHMENT).heavy().record(|_| Ok(()));
             }
-            16 => graph.clear_buffer(goal(buffers, bytes, careful, |_| true)?),
-            17 if bytes.rarely(2) => {
+            2 | 3 => {
+                let index = pick(buffers, bytes, careful, Known::writable)?;
+                graph.clear_buffer(buffers[index].goal());
+            }
+            4 if bytes.rarely(2) => {
                 let (from, to) = two(buffers, bytes, careful, |a, b| a == b)?;
                 graph.copy_buffer(from, to);
             }
-            17 => {
+            4 => {
                 let (from, to) = two(textures, bytes, careful, |a, b| a == b)?;
                 graph.copy_texture(from, to);
             }
-            18 if bytes.rarely(2) => {
-                graph.readback_buffer(source(buffers, bytes, careful)?);
+            5 => {
+                let index = pick(buffers, bytes, careful, Known::readable)?;
+                graph.readback_buffer(&buffers[index].handle);
             }
-            18 => {
-                graph.readback_texture(source(textures, bytes, careful)?);
+            6 => {
+                let index = pick(textures, bytes, careful, Known::readable)?;
+                graph.readback_texture(&textures[index].handle);
             }
-            _ if bytes.rarely(2) => graph.keep(source(buffers, bytes, careful)?),
-            _ => graph.keep(source(textures, bytes, careful)?),
+            _ if bytes.rarely(2) => graph.keep(&buffers[pick(buffers, bytes, careful, Known::readable)?].handle),
+            _ => graph.keep(&textures[pick(textures, bytes, careful, Known::readable)?].handle),
         }
         Some(())
     }

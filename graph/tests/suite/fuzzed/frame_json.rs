@@ -12,7 +12,7 @@ pub(crate) fn frame_json(bytes: &[u8]) -> bool {
             false
         }
         Ok(declaration) => {
-            let planned = check(&declaration);
+            let planned = check(&declaration).is_some();
             let again = Declaration::from_frame_json(&declaration.to_frame_json()).expect("what was written can be read");
             assert_eq!(again.to_frame_json(), declaration.to_frame_json(), "and says the same");
             planned

@@ -5,19 +5,26 @@
 mod declaration;
 mod frame_json;
 mod invariants;
+mod known;
+mod passes;
+mod shaders;
 
 pub(crate) use {declaration::declaration, frame_json::frame_json};
 
 #[cfg(test)]
 mod tests {
     use super::{declaration, frame_json};
+    use lightloom_graph::{Access, Declaration, Plan, SlotKind};
     use proptest::{
         collection::vec,
         prelude::{Just, ProptestConfig, Strategy, any},
         prop_oneof,
         test_runner::{RngSeed, TestRunner},
     };
-    use std::cell::Cell;
+    use std::{cell::Cell, ops::Range};
+
+    /// Sequences of calls that are tried.
+    const CALLS: u32 = 600;
 
     static FRAME: &str = r#"{"frame": "f", "resources": [
         {"name": "out", "kind": "buffer", "origin": "imported", "bytes": 4},
@@ -84,15 +91,45 @@ mod tests {
             .unwrap();
     }
 
+    /// What frames must have for the invariants to say anything: a name, and whether a frame and its plan have it.
+    const FACTS: [(&str, fn(&Declaration, &Plan) -> bool); 9] = [
+        ("parts of textures", |frame, _| accesses(frame).any(|access| !access.part.is_all())),
+        ("merged draws", |_, plan| plan.steps.iter().any(|step| step.len() > 1)),
+        ("folded clears", |frame, plan| {
+            let begins_with = |step: &Range<usize>| &frame.passes[plan.order[step.start]].name;
+            plan.steps.iter().any(|step| step.len() > 1 && begins_with(step).starts_with("clear"))
+        }),
+        ("shared arenas", |_, plan| plan.slots.iter().any(|slot| slot.kind == SlotKind::Arena && slot.resources.len() > 1)),
+        ("shared objects", |_, plan| plan.slots.iter().any(|slot| slot.kind == SlotKind::Object && slot.resources.len() > 1)),
+        ("culled passes", |_, plan| !plan.culled.is_empty()),
+        ("another order", |_, plan| !plan.order.is_sorted()),
+        ("another order and pinned passes", |frame, plan| {
+            !plan.order.is_sorted() && plan.order.iter().filter(|&&pass| frame.passes[pass].pinned).count() > 1
+        }),
+        ("indirect calls", |frame, _| accesses(frame).any(|access| *access.binding == *"indirect arguments")),
+    ];
+
+    fn accesses(frame: &Declaration) -> impl Iterator<Item = &Access> {
+        frame.passes.iter().flat_map(|pass| &pass.accesses)
+    }
+
     #[test]
     fn sequences_of_calls() {
-        let planned = Cell::new(0);
-        runner(600)
-            .run(&vec(any::<u8>(), 0..300), |bytes| {
-                planned.set(planned.get() + u32::from(declaration(&bytes)));
+        let (planned, having) = (Cell::new(0), FACTS.map(|_| Cell::new(0)));
+        runner(CALLS)
+            .run(&vec(any::<u8>(), 0..500), |bytes| {
+                if let Some((frame, plan)) = declaration(&bytes) {
+                    planned.set(planned.get() + 1);
+                    for ((_, has), count) in FACTS.iter().zip(&having) {
+                        count.set(count.get() + u32::from(has(&frame, &plan)));
+                    }
+                }
                 Ok(())
             })
             .unwrap();
-        assert!(planned.get() > 100, "only {} of 600 were planned", planned.get());
+        assert!(planned.get() > CALLS / 4, "only {} of {CALLS} were planned", planned.get());
+        for ((fact, _), count) in FACTS.iter().zip(&having) {
+            assert!(count.get() > 10, "{fact} in only {} of {} frames", count.get(), planned.get());
+        }
     }
 }
