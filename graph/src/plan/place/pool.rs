@@ -64,7 +64,7 @@ pub(super) fn buffers<'a>(items: impl Iterator<Item = &'a Item>) -> Vec<Lot<'a>>
 fn texture<'a>(declaration: &'a Declaration, item: &Item) -> Option<&'a TextureDesc> {
     match &declaration.resources[item.resource].kind {
         ResourceKind::Texture(desc) => Some(desc),
-        ResourceKind::Buffer(_) => None,
+        ResourceKind::Buffer(_) | ResourceKind::Tlas => None,
     }
 }
 
