@@ -66,17 +66,22 @@ fn what_is_no_structure_is_refused_and_so_is_a_structure_elsewhere() {
         declare(&mut graph, &structure, &rays);
         graph.plan(&PlanOptions::default()).unwrap_err()
     };
-    let mixed_up = refused(&|graph, structure, rays| {
+    let a_buffer = refused(&|graph, _, rays| {
         let mut distances = graph.buffer("distances", BufferDesc::words(2));
-        graph
-            .compute(&shader())
-            .read("structure", rays)
-            .read("rays", structure)
-            .write("distances", &mut distances)
-            .dispatch_1d(2);
+        graph.compute(&shader()).read("structure", rays).read("rays", rays).write("distances", &mut distances).dispatch_1d(2);
     });
-    let text = mixed_up.to_string();
+    let text = a_buffer.to_string();
     for part in ["`structure`", "an acceleration structure", "`import_tlas`", "`rays`", "a buffer"] {
+        assert!(text.contains(part), "`{part}` is missing: {text}");
+    }
+    let elsewhere = refused(&|graph, structure, _| {
+        let mut distances = graph.buffer("distances", BufferDesc::words(2));
+        let pass = graph.compute(&shader()).read("structure", structure).read("rays", structure);
+        pass.write("distances", &mut distances).dispatch_1d(2);
+    });
+    let text = elsewhere.to_string();
+    assert!(matches!(&elsewhere, GraphError::Kind { binding, .. } if binding == "rays"), "{text}");
+    for part in ["`scene`", "an acceleration structure", "a storage buffer"] {
         assert!(text.contains(part), "`{part}` is missing: {text}");
     }
     let unbound = refused(&|graph, _, rays| {
