@@ -21,6 +21,7 @@ pub struct ClosureContext<'a> {
     pub(crate) encoder: &'a mut wgpu::CommandEncoder,
     pub(crate) buffers: Vec<(&'a str, &'a wgpu::Buffer)>,
     pub(crate) textures: Vec<(&'a str, &'a wgpu::Texture)>,
+    pub(crate) structures: Vec<(&'a str, &'a wgpu::Tlas)>,
 }
 
 impl ClosureContext<'_> {
@@ -59,6 +60,16 @@ impl ClosureContext<'_> {
         find(&self.textures, name)
             .cloned()
             .ok_or_else(|| format!("the pass declares no texture `{name}`; add `.read(&…)` or `.write(&mut …)`"))
+    }
+
+    /// The acceleration structure behind the handle of that name, if the pass declared it.
+    ///
+    /// # Errors
+    /// If the pass did not declare such a structure.
+    pub fn tlas(&self, name: &str) -> Result<wgpu::Tlas, String> {
+        find(&self.structures, name)
+            .cloned()
+            .ok_or_else(|| format!("the pass declares no acceleration structure `{name}`; add `.read(&…)`"))
     }
 }
 

@@ -5,6 +5,7 @@ use crate::{
     error::{PassPlace, PassRef},
 };
 use std::{
+    fmt,
     hash::{Hash, Hasher},
     panic::Location,
     sync::Arc,
@@ -29,7 +30,7 @@ pub struct Declaration {
 pub struct ResourceDecl {
     /// Name, unique in the frame.
     pub name: Arc<str>,
-    /// Texture or buffer, with its description.
+    /// What it is, with its description.
     pub kind: ResourceKind,
     /// Who owns it.
     pub origin: Origin,
@@ -40,13 +41,15 @@ pub struct ResourceDecl {
     pub(crate) place: Place,
 }
 
-/// Texture or buffer.
+/// What a resource is.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum ResourceKind {
     /// A texture.
     Texture(TextureDesc),
     /// A buffer.
     Buffer(BufferDesc),
+    /// A top-level acceleration structure; always imported.
+    Tlas,
 }
 
 /// Who owns a resource, hence whose contents it has when the frame begins.
@@ -62,6 +65,16 @@ pub enum Origin {
     Previous,
     /// This frame's half of a history pair: write before reading.
     Current,
+}
+
+impl fmt::Display for ResourceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Texture(desc) => desc.fmt(f),
+            Self::Buffer(desc) => desc.fmt(f),
+            Self::Tlas => f.write_str("acceleration structure"),
+        }
+    }
 }
 
 impl Origin {

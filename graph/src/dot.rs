@@ -1,7 +1,7 @@
 //! A plan as Graphviz DOT and as JSON.
 
 use crate::{
-    declaration::{Access, Declaration, Origin, PassDecl, ResourceKind},
+    declaration::{Access, Declaration, Origin, PassDecl},
     plan::{Plan, SlotKind},
 };
 use std::fmt::Write as _;
@@ -21,10 +21,7 @@ pub fn to_dot(declaration: &Declaration, plan: &Plan) -> String {
     }
     for (index, resource) in declaration.resources.iter().enumerate() {
         let style = if resource.origin == Origin::Transient { "solid" } else { "bold" };
-        let what = match &resource.kind {
-            ResourceKind::Texture(desc) => desc.to_string(),
-            ResourceKind::Buffer(desc) => desc.to_string(),
-        };
+        let what = &resource.kind;
         let slot = place(plan, index).map_or_else(String::new, |(slot, kind, offset)| format!("\n{kind} {slot} at {offset}"));
         let label = quote(&format!("{}\n{what}{slot}", resource.name));
         let _ = writeln!(dot, "  r{index} [shape=ellipse, style={style}, label={label}];");

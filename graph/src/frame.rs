@@ -47,6 +47,8 @@ struct FrameResource {
 enum Kind {
     Texture,
     Buffer,
+    #[serde(rename = "acceleration_structure")]
+    Tlas,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -208,6 +210,15 @@ fn resource_decl(resource: FrameResource) -> Result<ResourceDecl, String> {
             let bytes = resource.bytes.ok_or("a buffer needs `bytes` (0: unknown)")?;
             (ResourceKind::Buffer(BufferDesc::bytes(bytes)), bytes)
         }
+        Kind::Tlas => {
+            if origin != Origin::Imported {
+                return Err("an acceleration structure is always `imported`".to_owned());
+            }
+            if resource.format.is_some() || resource.size.is_some() {
+                return Err("an acceleration structure has no `format` or `size`".to_owned());
+            }
+            (ResourceKind::Tlas, resource.bytes.unwrap_or(0))
+        }
         Kind::Texture => {
             let name = resource.format.ok_or("a texture needs `format`")?;
             let size = resource.size.ok_or("a texture needs `size`: [width, height, layers]")?;
@@ -358,6 +369,9 @@ fn frame_resource(resource: &ResourceDecl) -> FrameResource {
         bytes: Some(resource.bytes),
         keep: resource.keep,
     };
+    if resource.kind == ResourceKind::Tlas {
+        frame.kind = Kind::Tlas;
+    }
     if let ResourceKind::Texture(desc) = &resource.kind {
         frame.kind = Kind::Texture;
         frame.format = Some(format::name(desc.format));

@@ -28,6 +28,9 @@ pub struct GpuRequest {
     pub optional_features: wgpu::Features,
     /// Raise the limits from `WebGPU`'s defaults to all that the adapter has.
     pub max_limits: bool,
+    /// Whether wgpu's experimental features may be among those enabled, such as ray queries. wgpu does not promise that
+    /// safe code stays sound with them.
+    pub experimental: bool,
     /// Prefer a software adapter, for tests.
     pub prefer_software: bool,
 }
@@ -76,6 +79,17 @@ pub struct AdapterSummary {
     pub features: wgpu::Features,
     /// Limits it offers.
     pub limits: wgpu::Limits,
+}
+
+/// wgpu's leave to enable experimental features.
+#[expect(unsafe_code, reason = "wgpu hands out its experimental features through an unsafe call alone")]
+fn experimental(allowed: bool) -> wgpu::ExperimentalFeatures {
+    if !allowed {
+        return wgpu::ExperimentalFeatures::disabled();
+    }
+    // SAFETY: whoever made the request has set `GpuRequest::experimental`, whose documentation says what wgpu says. The only
+    // such feature the graph uses itself is the ray query, through wgpu's checked interface.
+    unsafe { wgpu::ExperimentalFeatures::enabled() }
 }
 
 fn all() -> Vec<wgpu::Adapter> {
@@ -135,15 +149,22 @@ impl Gpu {
         if !missing.is_empty() {
             return Err(GpuError::Features { adapter: name, features: format!("{missing:?}") });
         }
-        let optional =
+        let mut optional =
             request.optional_features | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        if !request.experimental {
+            optional = optional - wgpu::Features::all_experimental_mask();
+        }
         let required_features = request.required_features | (adapter.features() & optional);
-        let required_limits = if request.max_limits { adapter.limits() } else { wgpu::Limits::default() };
+        let mut required_limits = if request.max_limits { adapter.limits() } else { wgpu::Limits::default() };
+        if required_features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY) {
+            // WebGPU's defaults allow none.
+            required_limits = required_limits.using_acceleration_structure_values(adapter.limits());
+        }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("lightloom"),
             required_features,
             required_limits,
-            experimental_features: wgpu::ExperimentalFeatures::disabled(),
+            experimental_features: experimental(request.experimental),
             memory_hints: wgpu::MemoryHints::Performance,
             trace: wgpu::Trace::Off,
         };
@@ -160,7 +181,16 @@ impl Gpu {
     /// # Panics
     /// If there is none and the environment variable `LIGHTLOOM_REQUIRE` is set: then a test may not be skipped.
     pub fn for_tests() -> Option<Self> {
-        let request = GpuRequest { prefer_software: true, ..GpuRequest::default() };
+        Self::for_tests_with(wgpu::Features::empty())
+    }
+
+    /// As [`Gpu::for_tests`], with features that the adapter must have, experimental or not.
+    ///
+    /// # Panics
+    /// As [`Gpu::for_tests`].
+    pub fn for_tests_with(required_features: wgpu::Features) -> Option<Self> {
+        let experimental = required_features.intersects(wgpu::Features::all_experimental_mask());
+        let request = GpuRequest { required_features, experimental, prefer_software: true, ..GpuRequest::default() };
         match Self::new(&request) {
             Ok(gpu) => Some(gpu),
             Err(error) => {

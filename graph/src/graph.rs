@@ -5,7 +5,7 @@ use crate::{
     closure::Record,
     declaration::{Declaration, Origin, PassDecl, Place, ResourceDecl, ResourceKind, rust_place},
     error::{GraphError, PassRef},
-    handle::{Buffer, Texture},
+    handle::{Buffer, Texture, Tlas},
     hash::FoldedMap,
     indirect::{Draw, Groups},
     pass::{Calls, ClosurePass, ComputePass, RasterPass},
@@ -51,6 +51,7 @@ pub(crate) enum Object {
     None,
     Texture(wgpu::Texture),
     Buffer(wgpu::Buffer),
+    Tlas(wgpu::Tlas),
 }
 
 /// A pass with all it takes to run it.
@@ -149,6 +150,13 @@ impl<'f> Graph<'f> {
     pub fn import_buffer(&mut self, name: &str, desc: BufferDesc, buffer: impl Into<Option<wgpu::Buffer>>) -> Handle<Buffer> {
         let object = buffer.into().map_or(Object::None, Object::Buffer);
         self.add_buffer(name, desc, Origin::Imported, object)
+    }
+
+    /// The caller's acceleration structure, built in an earlier submission. `None` plans but does not execute.
+    #[track_caller]
+    pub fn import_tlas(&mut self, name: &str, tlas: impl Into<Option<wgpu::Tlas>>) -> Handle<Tlas> {
+        let object = tlas.into().map_or(Object::None, Object::Tlas);
+        self.add(name, ResourceKind::Tlas, Origin::Imported, object, 0, false, ())
     }
 
     /// A pair of textures kept between frames, zero at first.
@@ -340,6 +348,7 @@ impl<'f> Graph<'f> {
         match (self.declaration.resources.get(resource).map(|resource| &resource.kind), read) {
             (Some(ResourceKind::Texture(_)), true) => wgpu::TextureUsages::COPY_SRC.bits(),
             (Some(ResourceKind::Texture(_)), false) => wgpu::TextureUsages::COPY_DST.bits(),
+            (Some(ResourceKind::Tlas), _) => 0,
             (_, true) => wgpu::BufferUsages::COPY_SRC.bits(),
             (_, false) => wgpu::BufferUsages::COPY_DST.bits(),
         }

@@ -8,9 +8,10 @@ mod sealed {
     pub trait Sealed {}
     impl Sealed for super::Texture {}
     impl Sealed for super::Buffer {}
+    impl Sealed for super::Tlas {}
 }
 
-/// What a [`Handle`] can name: [`Texture`] or [`Buffer`].
+/// What a [`Handle`] can name: [`Texture`], [`Buffer`] or [`Tlas`].
 pub trait Resource: sealed::Sealed + Debug {
     /// Its description.
     type Desc: Clone + Debug + PartialEq;
@@ -28,6 +29,11 @@ pub enum Texture {}
 #[derive(Debug)]
 pub enum Buffer {}
 
+/// Marks a [`Handle`] to a top-level acceleration structure, WGSL's `acceleration_structure`: imported, read only, and no
+/// part of the frame's memory. Who builds it does so between frames.
+#[derive(Debug)]
+pub enum Tlas {}
+
 impl Resource for Texture {
     type Desc = TextureDesc;
     type Usages = wgpu::TextureUsages;
@@ -41,6 +47,14 @@ impl Resource for Buffer {
     type Usages = wgpu::BufferUsages;
     fn usages(usages: wgpu::BufferUsages) -> u32 {
         usages.bits()
+    }
+}
+
+impl Resource for Tlas {
+    type Desc = ();
+    type Usages = ();
+    fn usages((): ()) -> u32 {
+        0
     }
 }
 

@@ -110,7 +110,7 @@ pub use error::{GraphError, PassPlace, ShaderError, ShaderPlace};
 pub use executor::{Executor, FrameOutput, InFlight, PassTime, PlanCache, Planned, Progress, TimingSource};
 pub use gpu::{AdapterSummary, Gpu, GpuError, GpuRequest, adapters};
 pub use graph::{Graph, Initial, Readback};
-pub use handle::{Buffer, Handle, History, Resource, Texture};
+pub use handle::{Buffer, Handle, History, Resource, Texture, Tlas};
 pub use layout::{Field, ShaderStruct, StructLayout};
 pub use pass::{ClosurePass, ComputePass, Load, RasterPass, Sampler};
 pub use plan::{Culled, Lifetime, Memory, Need, PassOrder, Plan, PlanOptions, Sharing, Slot, SlotKind, plan, plan_with_needs};

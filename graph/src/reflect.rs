@@ -46,6 +46,7 @@ pub(crate) enum BindingKind {
     Texture { sample: wgpu::TextureSampleType, view: View, multisampled: bool },
     StorageTexture { format: wgpu::TextureFormat, access: wgpu::StorageTextureAccess, view: View },
     Sampler,
+    AccelerationStructure,
 }
 
 /// One global variable as an entry point uses it.
@@ -78,6 +79,7 @@ impl Binding {
                 format!("texture_storage_{}<{}>", view_name(*view), crate::format::name(*format))
             }
             BindingKind::Sampler => "a sampler".to_owned(),
+            BindingKind::AccelerationStructure => "an acceleration structure".to_owned(),
         }
     }
 
@@ -146,7 +148,7 @@ pub(crate) struct Reflected {
     pub(crate) info: ModuleInfo,
 }
 
-/// Parses and validates `flat` within `WebGPU`'s portable subset.
+/// Parses and validates `flat` within `WebGPU`'s portable subset and ray queries, which WGSL asks for by `enable`.
 pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
     let source = flat.source();
     let module = naga::front::wgsl::parse_str(source).map_err(|error| {
@@ -161,7 +163,7 @@ pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
         ShaderError::Parse { place: flat.place(span), message: message.join(": ") }
     })?;
     let mut validator = wgpu_naga_bridge::create_validator(
-        wgpu::Features::empty(),
+        wgpu::Features::EXPERIMENTAL_RAY_QUERY,
         wgpu::DownlevelFlags::all(),
         naga::valid::ValidationFlags::all(),
     );
@@ -292,7 +294,10 @@ fn kind(module: &Module, layouter: &Layouter, variable: &GlobalVariable, filtere
                 ImageClass::External => Err("an external texture".to_owned()),
             }
         }
-        (_, TypeInner::AccelerationStructure { .. }) => Err("an acceleration structure".to_owned()),
+        (_, TypeInner::AccelerationStructure { vertex_return: false }) => Ok(BindingKind::AccelerationStructure),
+        (_, TypeInner::AccelerationStructure { vertex_return: true }) => {
+            Err("an acceleration structure that returns vertices".to_owned())
+        }
         (space, _) => Err(format!("address space {space:?}")),
     }
 }

@@ -81,7 +81,7 @@ impl Graph<'_> {
         let writes: Vec<&Access> = decl.accesses.iter().filter(|access| access.writes()).collect();
         let texture = |access: &Access| match &self.declaration.resources[access.resource].kind {
             ResourceKind::Texture(desc) => Some(desc),
-            ResourceKind::Buffer(_) => None,
+            ResourceKind::Buffer(_) | ResourceKind::Tlas => None,
         };
         let bindings = |accesses: &[&Access]| names(accesses.iter().map(|access| &*access.binding));
         let textures: Vec<&Access> = writes.iter().copied().filter(|access| texture(access).is_some()).collect();

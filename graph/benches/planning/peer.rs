@@ -62,7 +62,8 @@ pub fn compile(frame: &Declaration) -> Compiled {
                     let view = recording.create_texture_view(texture, first).expect("a sound view");
                     Handle::Texture(texture, view.into())
                 }
-                ResourceKind::Buffer(_) => {
+                // The peer knows no acceleration structures: a small imported buffer stands for one.
+                ResourceKind::Buffer(_) | ResourceKind::Tlas => {
                     let desc =
                         BufferDesc { label: resource.name.to_string(), size: resource.bytes.max(4), usage: UsagePolicy::Infer };
                     Handle::Buffer(if imported {

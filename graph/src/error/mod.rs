@@ -517,6 +517,15 @@ pub enum GraphError {
         /// Usage it lacks.
         usage: String,
     },
+    /// An acceleration structure on a device without ray queries.
+    #[error(
+        "acceleration structure `{resource}`: the device lacks EXPERIMENTAL_RAY_QUERY; ask for it when the device is opened \
+         (`GpuRequest::experimental`), or trace by a hierarchy of your own"
+    )]
+    RayQuery {
+        /// Resource.
+        resource: String,
+    },
     /// A closure pass returned an error.
     #[error("{at}: {message}")]
     Closure {

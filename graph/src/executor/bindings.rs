@@ -26,6 +26,7 @@ enum Owned {
     View(wgpu::TextureView),
     Sampler(wgpu::Sampler),
     Buffer(wgpu::Buffer, Range<u64>),
+    Tlas(wgpu::Tlas),
 }
 
 impl Source<'_> {
@@ -56,6 +57,7 @@ impl Source<'_> {
                     let resource = match owned.as_ref()? {
                         Owned::View(view) => wgpu::BindingResource::TextureView(view),
                         Owned::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+                        Owned::Tlas(tlas) => wgpu::BindingResource::AccelerationStructure(tlas),
                         Owned::Buffer(buffer, range) => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                             buffer,
                             offset: range.start,
@@ -86,6 +88,10 @@ impl Source<'_> {
                 let Physical::Texture(texture) = &self.physical[*resource] else { return None };
                 let ResourceKind::Texture(desc) = &self.declaration.resources[*resource].kind else { return None };
                 Some(Owned::View(texture_view(texture, desc, binding, *format, *part)?))
+            }
+            Bound::Tlas { resource } => {
+                let Physical::Tlas(tlas) = &self.physical[*resource] else { return None };
+                Some(Owned::Tlas(tlas.clone()))
             }
             Bound::Zeros => match zeros.get(self.device, &binding.kind)? {
                 (Physical::Texture(texture), Some(format)) => {

@@ -153,6 +153,7 @@ fn generous(device: &wgpu::Device, kind: &ResourceKind) -> u32 {
             | wgpu::BufferUsages::COPY_SRC
             | wgpu::BufferUsages::COPY_DST)
             .bits(),
+        ResourceKind::Tlas => 0,
         ResourceKind::Texture(desc) => {
             let wanted = wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::STORAGE_BINDING

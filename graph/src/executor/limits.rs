@@ -33,6 +33,7 @@ pub(super) fn resource(
     match &resource.kind {
         ResourceKind::Buffer(_) => buffer(resource, usage, limits),
         ResourceKind::Texture(_) => texture(resource, usage, limits, features),
+        ResourceKind::Tlas => acceleration_structure(resource, features),
     }
 }
 
@@ -115,6 +116,13 @@ fn texture(resource: &ResourceDecl, usage: u32, limits: &wgpu::Limits, features:
     Ok(())
 }
 
+fn acceleration_structure(resource: &ResourceDecl, features: wgpu::Features) -> Result<(), GraphError> {
+    if features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY) {
+        return Ok(());
+    }
+    Err(GraphError::RayQuery { resource: resource.name.to_string() })
+}
+
 /// The caller's object against its description.
 fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError> {
     let resource = &frame.declaration.resources[index];
@@ -165,6 +173,7 @@ fn import(frame: &Frame<'_>, index: usize, usage: u32) -> Result<(), GraphError>
                 mismatch(format!("the wgpu buffer lacks usage {lacking:?}; create it with that"))
             }
         }
+        (ResourceKind::Tlas, Object::Tlas(_)) => Ok(()),
         _ => Err(GraphError::ImportMissing { at: at(), resource: resource.name.to_string() }),
     }
 }

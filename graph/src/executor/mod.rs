@@ -93,6 +93,7 @@ enum Physical {
         offset: u64,
         size: u64,
     },
+    Tlas(wgpu::Tlas),
 }
 
 impl Physical {
@@ -100,7 +101,7 @@ impl Physical {
     fn range(&self) -> Option<(wgpu::Buffer, Range<u64>)> {
         match self {
             Self::Buffer { buffer, offset, size } => Some((buffer.clone(), *offset..offset + size)),
-            Self::None | Self::Texture(_) => None,
+            Self::None | Self::Texture(_) | Self::Tlas(_) => None,
         }
     }
 }
@@ -350,10 +351,11 @@ impl Executor {
                     crate::graph::Object::Buffer(buffer) => {
                         let size = match &frame.declaration.resources[index].kind {
                             ResourceKind::Buffer(desc) => desc.padded(),
-                            ResourceKind::Texture(_) => 0,
+                            ResourceKind::Texture(_) | ResourceKind::Tlas => 0,
                         };
                         frame.physical[index] = Physical::Buffer { buffer: buffer.clone(), offset: 0, size };
                     }
+                    crate::graph::Object::Tlas(tlas) => frame.physical[index] = Physical::Tlas(tlas.clone()),
                     crate::graph::Object::None => {}
                 }
             }
@@ -381,5 +383,7 @@ fn create(device: &wgpu::Device, label: &str, kind: &ResourceKind, usage: u32) -
                 device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false });
             Physical::Buffer { buffer, offset: 0, size }
         }
+        // Always the caller's.
+        ResourceKind::Tlas => Physical::None,
     }
 }

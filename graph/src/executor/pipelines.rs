@@ -219,6 +219,7 @@ fn layout_entry(binding: &Binding) -> wgpu::BindGroupLayoutEntry {
             wgpu::BindingType::StorageTexture { access: *access, format: *format, view_dimension: *view }
         }
         BindingKind::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        BindingKind::AccelerationStructure => wgpu::BindingType::AccelerationStructure { vertex_return: false },
     };
     wgpu::BindGroupLayoutEntry { binding: binding.number, visibility: binding.stages, ty, count: None }
 }

@@ -134,7 +134,7 @@ impl Pool {
 fn buffer_size(declaration: &Declaration, resource: usize) -> u64 {
     match &declaration.resources[resource].kind {
         ResourceKind::Buffer(desc) => desc.padded(),
-        ResourceKind::Texture(_) => 0,
+        ResourceKind::Texture(_) | ResourceKind::Tlas => 0,
     }
 }
 
@@ -148,7 +148,7 @@ fn description(declaration: &Declaration, slot: &Slot) -> Option<ResourceKind> {
         (SlotKind::Object, ResourceKind::Texture(first)) => {
             let others = slot.resources[1..].iter().filter_map(|&resource| match kind(resource) {
                 ResourceKind::Texture(desc) => Some(desc),
-                ResourceKind::Buffer(_) => None,
+                ResourceKind::Buffer(_) | ResourceKind::Tlas => None,
             });
             Some(ResourceKind::Texture(others.fold(first.clone(), merge)))
         }

@@ -90,7 +90,9 @@ impl Executor {
             size: range.end - range.start,
         });
         let objects = bound.iter().filter_map(|bound| match bound {
-            Bound::Buffer { resource } | Bound::Texture { resource, .. } => Some(&frame.physical[*resource]),
+            Bound::Buffer { resource } | Bound::Texture { resource, .. } | Bound::Tlas { resource } => {
+                Some(&frame.physical[*resource])
+            }
             Bound::Params => params_object.as_ref(),
             Bound::Zeros | Bound::Sampler(_) => None,
         });
@@ -161,7 +163,7 @@ fn formats(frame: &Frame<'_>, targets: &Targets) -> Formats {
 fn texture<'a>(frame: &'a Frame<'_>, resource: usize) -> Option<&'a TextureDesc> {
     match &frame.declaration.resources[resource].kind {
         ResourceKind::Texture(desc) => Some(desc),
-        ResourceKind::Buffer(_) => None,
+        ResourceKind::Buffer(_) | ResourceKind::Tlas => None,
     }
 }
 

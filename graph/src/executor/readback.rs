@@ -53,6 +53,8 @@ impl Staged {
                 let rows = Rows::of(desc);
                 (Some(rows), rows.tight * rows.per_layer * rows.layers, rows.bytes())
             }
+            // No handle to one can be asked for its bytes.
+            ResourceKind::Tlas => (None, 0, 0),
         };
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),

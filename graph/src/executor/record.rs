@@ -274,16 +274,18 @@ impl Recorder<'_> {
             query.mark(encoder, false);
         }
         encoder.push_debug_group(&item.decl.name);
-        let (mut buffers, mut textures) = (Vec::new(), Vec::new());
+        let (mut buffers, mut textures, mut structures) = (Vec::new(), Vec::new(), Vec::new());
         for access in &item.decl.accesses {
             let name = &*self.frame.declaration.resources[access.resource].name;
             match &self.frame.physical[access.resource] {
                 Physical::Buffer { buffer, .. } => buffers.push((name, buffer)),
                 Physical::Texture(texture) => textures.push((name, texture)),
+                Physical::Tlas(tlas) => structures.push((name, tlas)),
                 Physical::None => {}
             }
         }
-        let mut context = ClosureContext { device: &self.gate.device, queue: &self.gate.queue, encoder, buffers, textures };
+        let (device, queue) = (&self.gate.device, &self.gate.queue);
+        let mut context = ClosureContext { device, queue, encoder, buffers, textures, structures };
         let at = || item.decl.place();
         (item.record.0)(&mut context).map_err(|message| GraphError::Closure { at: at(), message })?;
         encoder.pop_debug_group();

@@ -30,7 +30,7 @@ impl Zeros {
                     .or_insert_with(|| create(device, format, *view, *multisampled));
                 Some((Physical::Texture(texture.clone()), Some(format)))
             }
-            BindingKind::StorageTexture { .. } | BindingKind::Sampler => None,
+            BindingKind::StorageTexture { .. } | BindingKind::Sampler | BindingKind::AccelerationStructure => None,
         }
     }
 

@@ -141,7 +141,7 @@ pub(crate) fn counts(declaration: &Declaration, resource: usize) -> [u32; 2] {
     match &declaration.resources[resource].kind {
         ResourceKind::Texture(desc) if desc.dimension == wgpu::TextureDimension::D3 => [desc.mip_level_count, 1],
         ResourceKind::Texture(desc) => [desc.mip_level_count, desc.size[2]],
-        ResourceKind::Buffer(_) => [1, 1],
+        ResourceKind::Buffer(_) | ResourceKind::Tlas => [1, 1],
     }
 }
 

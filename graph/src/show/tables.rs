@@ -6,7 +6,7 @@ use super::{
     text::{bytes, escape},
 };
 use crate::{
-    declaration::{Origin, ResourceDecl, ResourceKind},
+    declaration::{Origin, ResourceDecl},
     plan::{Plan, SlotKind},
 };
 use std::fmt::Write as _;
@@ -92,10 +92,7 @@ fn table(heads: &[&str], rows: &str) -> String {
 }
 
 pub(super) fn describe(resource: &ResourceDecl) -> String {
-    match &resource.kind {
-        ResourceKind::Texture(desc) => desc.to_string(),
-        ResourceKind::Buffer(desc) => desc.to_string(),
-    }
+    resource.kind.to_string()
 }
 
 pub(super) fn origin(resource: &ResourceDecl) -> &'static str {

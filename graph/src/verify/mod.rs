@@ -128,6 +128,9 @@ pub(crate) enum Bound {
         format: wgpu::TextureFormat,
         part: Subresources,
     },
+    Tlas {
+        resource: usize,
+    },
     /// Zeros, in place of an optional input.
     Zeros,
     Sampler(Sampler),
@@ -290,6 +293,10 @@ impl Check<'_> {
                         let part = self.part(name, desc, view.part)?;
                         (Bound::Texture { resource: *index, format, part }, self.texture(name, desc, format, part)?, part)
                     }
+                    ResourceKind::Tlas if self.binding.kind == BindingKind::AccelerationStructure => {
+                        (Bound::Tlas { resource: *index }, 0, view.part)
+                    }
+                    ResourceKind::Tlas => return Err(self.wrong_kind(name, "an acceleration structure")),
                 };
                 let write = if self.binding.writes { Write::Keep } else { Write::No };
                 Ok((
@@ -310,6 +317,7 @@ impl Check<'_> {
             BindingKind::Uniform { .. } | BindingKind::Storage { .. } => "a buffer, or change the WGSL",
             BindingKind::Texture { .. } | BindingKind::StorageTexture { .. } => "a texture, or change the WGSL",
             BindingKind::Sampler => "a sampler by `.sampler(…)`",
+            BindingKind::AccelerationStructure => "what `import_tlas` returns",
         };
         GraphError::Kind {
             at: self.at.place(),

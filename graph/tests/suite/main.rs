@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a helper of a test fails like the test")]
 #![allow(clippy::float_cmp, reason = "sums of small whole numbers are exact")]
 
+mod acceleration;
 mod execution;
 mod features;
 mod frames;

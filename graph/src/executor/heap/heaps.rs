@@ -75,9 +75,15 @@ fn key(kind: &ResourceKind, usage: u32) -> Key {
             desc.size = desc.padded();
             (kind, usage)
         }
+        // Always the caller's.
+        ResourceKind::Tlas => (kind, 0),
         // In a heap a transient attachment is an attachment like others.
         ResourceKind::Texture(_) => (kind, usage & !wgpu::TextureUsages::TRANSIENT_ATTACHMENT.bits()),
     }
+}
+
+fn imported_only() -> HeapError {
+    HeapError::Unsupported("acceleration structures are the caller's".to_owned())
 }
 
 impl Heaps {
@@ -106,6 +112,7 @@ impl Heaps {
         let found = match &key.0 {
             ResourceKind::Texture(desc) => self.vulkan.texture_need(desc, wgpu::TextureUsages::from_bits_retain(key.1)),
             ResourceKind::Buffer(desc) => self.vulkan.storage_need(desc, wgpu::BufferUsages::from_bits_retain(key.1)),
+            ResourceKind::Tlas => Err(imported_only()),
         };
         if found != Err(HeapError::OutOfMemory) {
             if self.needs.len() >= NEEDS {
@@ -201,6 +208,7 @@ impl Heaps {
                 let size = buffer.size();
                 Object { physical: Physical::Buffer { buffer, offset: 0, size }, home: None }
             }
+            ResourceKind::Tlas => return Err(imported_only()),
         };
         let object = Arc::new(object);
         self.objects.insert(place, Arc::downgrade(&object));

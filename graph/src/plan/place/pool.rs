@@ -77,7 +77,7 @@ pub(super) fn buffers(items: &[Item], buffers: &[u32], lots: &mut Lots) {
 fn texture<'a>(declaration: &'a Declaration, item: &Item) -> Option<&'a TextureDesc> {
     match &declaration.resources[item.resource].kind {
         ResourceKind::Texture(desc) => Some(desc),
-        ResourceKind::Buffer(_) => None,
+        ResourceKind::Buffer(_) | ResourceKind::Tlas => None,
     }
 }
 
