@@ -9,7 +9,7 @@ use lightloom_tests::{Lab, Traced, View};
 use std::f64::consts::PI;
 
 /// Lets a shader draw `count` things and bring back two vectors of each.
-const HEAD: &str = r#"
+const HEAD: &str = r"
 struct DrawParams { lights: LightInfo, count: u32, seed: u32, pad0: u32, pad1: u32 }
 @group(0) @binding(0) var<uniform> params: DrawParams;
 @group(0) @binding(1) var<storage, read_write> drawn: array<vec4f>;
@@ -17,7 +17,7 @@ struct DrawParams { lights: LightInfo, count: u32, seed: u32, pad0: u32, pad1: u
 fn draw(@builtin(global_invocation_id) thread: vec3u) {
     let i = thread.x;
     if i >= params.count { return; }
-"#;
+";
 const EMIT: &str = r"
     let emitted = emit_photon(i, params.count, params.seed, params.lights);
     drawn[2u * i] = vec4f(emitted.origin, 0.0);

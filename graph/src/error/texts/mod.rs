@@ -154,6 +154,9 @@ texts! { every_graph_error, GraphError:
     FormatUsage: runs::format_usage() =>
         "resource `snorm`: rgba8snorm cannot be used as TextureUsages(RENDER_ATTACHMENT) on this device; choose \
         another format";
+    RayQuery: runs::ray_query() =>
+        "acceleration structure `scene`: the device lacks EXPERIMENTAL_RAY_QUERY; ask for it when the device is opened \
+        (`GpuRequest::experimental`), or trace by a hierarchy of your own";
     Closure: runs::closure() =>
         "pass `fails` (here): no such file";
     Gpu: runs::gpu() =>

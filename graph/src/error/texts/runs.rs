@@ -52,6 +52,13 @@ pub(super) fn format_usage() -> Option<GraphError> {
     })
 }
 
+pub(super) fn ray_query() -> Option<GraphError> {
+    run(|graph, _| {
+        let structure = graph.import_tlas("scene", None);
+        graph.closure("trace").read(&structure).side_effect().record(|_| Ok(()));
+    })
+}
+
 pub(super) fn closure() -> Option<GraphError> {
     run(|graph, _| graph.closure("fails").side_effect().record(|_| Err("no such file".to_owned())))
 }

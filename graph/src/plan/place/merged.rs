@@ -28,6 +28,8 @@ impl<'a> Draft<'a> {
             match declaration.resources[item.resource].kind {
                 ResourceKind::Texture(_) => textures.push(index),
                 ResourceKind::Buffer(_) => buffers.push(index),
+                // Always imported.
+                ResourceKind::Tlas => {}
             }
         }
         let mut draft = Self {

@@ -36,7 +36,7 @@ fn ranges(declaration: &Declaration, access: &Access) -> [Range<u32>; 2] {
     let [mips, layers] = match &declaration.resources[access.resource].kind {
         ResourceKind::Texture(desc) if desc.dimension == TextureDimension::D3 => [desc.mip_level_count, 1],
         ResourceKind::Texture(desc) => [desc.mip_level_count, desc.size[2]],
-        ResourceKind::Buffer(_) => [1, 1],
+        ResourceKind::Buffer(_) | ResourceKind::Tlas => [1, 1],
     };
     [access.part.mips_of(mips), access.part.layers_of(layers)]
 }
