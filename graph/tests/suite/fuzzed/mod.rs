@@ -91,8 +91,11 @@ mod tests {
             .unwrap();
     }
 
+    /// Whether a frame and its plan have something.
+    type Fact = fn(&Declaration, &Plan) -> bool;
+
     /// What frames must have for the invariants to say anything: a name, and whether a frame and its plan have it.
-    const FACTS: [(&str, fn(&Declaration, &Plan) -> bool); 9] = [
+    const FACTS: [(&str, Fact); 9] = [
         ("parts of textures", |frame, _| accesses(frame).any(|access| !access.part.is_all())),
         ("merged draws", |_, plan| plan.steps.iter().any(|step| step.len() > 1)),
         ("folded clears", |frame, plan| {
