@@ -18,10 +18,20 @@ struct Emitted {
 // Photon `index` of `count`. Lights are drawn by power, stratified by the index; position and direction follow a
 // four-dimensional Kronecker sequence, so that equal numbers cover the sphere evenly. Unbiased over seeds.
 fn emit_photon(index: u32, count: u32, seed: u32, info: LightInfo) -> Emitted {
+    let light = lights[photon_light(index, count, seed, info)];
+    return emit_from_light(light, kronecker4(index, seed), 1.0 / (f32(count) * light.probability), info);
+}
+
+// The light that photon `index` of `count` leaves.
+fn photon_light(index: u32, count: u32, seed: u32, info: LightInfo) -> u32 {
     let shift = unit_float(pcg4d(vec4u(seed, 0x4c494748u, 0u, 0u)).x);
-    let light = lights[select_light((f32(index) + shift) / f32(count), 0u, info.light_count)];
-    let u = kronecker4(index, seed);
-    let share = 1.0 / (f32(count) * light.probability);
+    return select_light((f32(index) + shift) / f32(count), 0u, info.light_count);
+}
+
+// The photon that leaves `light` for the point `u` of the unit hypercube, and stands for the part `share` of its flux. Punctual lights
+// use u.xy only. Uniform points are uniform directions over the sphere or the cone, or positions over the disc: the flux differs only
+// by the falloff.
+fn emit_from_light(light: Light, u: vec4f, share: f32, info: LightInfo) -> Emitted {
     switch light.kind {
         case LIGHT_POINT: {
             return Emitted(light.position, sample_sphere(u.xy), light.intensity * (4.0 * PI * share), true, 0.0, 4.0 * PI * share);

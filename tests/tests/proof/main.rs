@@ -11,6 +11,7 @@ mod equality;
 mod ledger;
 mod plane;
 mod references;
+mod rsm;
 mod shaders;
 mod sharing;
 mod store;
