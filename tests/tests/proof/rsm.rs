@@ -136,3 +136,33 @@ fn maps_of_nothing_and_of_black_walls_are_uniform() {
         assert!(ledger.balances() && ledger.emitted[1] > 0 && first.stored == 0, "{ledger:?}");
     }
 }
+
+/// Prints the ratio of variances, maps to uniform emission, of the indirect irradiance in cells of a metre.
+#[test]
+#[ignore = "a measurement; needs LIGHTLOOM_SPONZA, the path of the scene"]
+fn variance_in_sponza() {
+    const SEEDS: u32 = 6;
+    let (Some(path), Some(mut lab)) = (std::env::var_os("LIGHTLOOM_SPONZA"), Lab::open()) else { return };
+    let mut scene = Scene::load(path.as_ref()).expect("the scene loads");
+    let eye = scene.cameras[0].clone();
+    let [position_world, direction_world] = [eye.world_from_view.w_axis.truncate(), -eye.world_from_view.z_axis.truncate()];
+    scene.lights = vec![Light::Spot { position_world, direction_world, intensity: Vec3::ONE, cos_inner: 0.9, cos_outer: 0.7 }];
+    let scene = lab.upload(&scene);
+    let mut cells = std::collections::BTreeMap::<[i32; 3], [[f64; 2]; 2]>::new();
+    for seed in 0..SEEDS {
+        let settings = settings(20_000, 3, seed);
+        for (kind, traced) in [lab.photons(&scene, &settings), by_maps(&mut lab, &scene, &settings)].into_iter().enumerate() {
+            let mut frame = std::collections::BTreeMap::<[i32; 3], f64>::new();
+            for photon in &traced.records {
+                *frame.entry(photon.position.map(|x| x.floor() as i32)).or_default() += f64::from(decode_flux(photon.flux).y);
+            }
+            for (cell, flux) in frame {
+                let sums = &mut cells.entry(cell).or_default()[kind];
+                *sums = [sums[0] + flux, sums[1] + flux * flux];
+            }
+        }
+    }
+    let n = f64::from(SEEDS);
+    let variance = |kind: usize| cells.values().map(|cell| cell[kind][1] / n - (cell[kind][0] / n).powi(2)).sum::<f64>();
+    println!("variance by maps / uniform: {:.3} over {} cells", variance(1) / variance(0), cells.len());
+}
