@@ -27,6 +27,7 @@ mod photon_scatter;
 mod photon_splat;
 mod photon_trace;
 mod prefix_sum;
+mod rsm;
 pub mod scene;
 mod scene_bind;
 mod scene_shader;
@@ -48,6 +49,7 @@ pub use photon_path::{LivePaths, PackedDifferential, PathBuffers, PhotonBatch, P
 pub use photon_splat::{PhotonSplat, Splats};
 pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
 pub use prefix_sum::PrefixSum;
+pub use rsm::{Rsm, RsmMaps, RsmSource};
 pub use scene_shader::SceneShader;
 pub use specular_pixels::SpecularPixels;
 pub use trace_rays::{Ray, RayHit, TraceRays};

@@ -64,14 +64,25 @@ fn photon_light(index: u32, count: u32, shift: u32, info: LightInfo) -> u32 {
 // Photon `index` of `count`; position and direction follow a four-dimensional Kronecker sequence, so that equal numbers
 // cover the sphere evenly. Unbiased over seeds.
 fn emit_photon(index: u32, count: u32, seed: u32, info: LightInfo) -> Emitted {
-    let shift = pcg4d(vec4u(seed, 0x4c494748u, 0u, 0u)).x;
+    let shift = photon_shift(seed);
     let chosen = photon_light(index, count, shift, info);
     let light = lights[chosen];
     let u = kronecker4(index, seed);
     if light.guide_radius > 0.0 {
         return emit_guided(chosen, f32(count), u, info);
     }
-    let share = 1.0 / (f32(count) * light.photon_probability[info.emission]);
+    return emit_from_light(light, u, 1.0 / (f32(count) * light.photon_probability[info.emission]), info);
+}
+
+// Where the systematic samples of a seed begin.
+fn photon_shift(seed: u32) -> u32 {
+    return pcg4d(vec4u(seed, 0x4c494748u, 0u, 0u)).x;
+}
+
+// The photon that leaves `light` for the point `u` of the unit hypercube, and stands for the part `share` of its flux. Punctual lights
+// use u.xy only. Uniform points are uniform directions over the sphere or the cone, or positions over the disc: the flux differs only
+// by the falloff.
+fn emit_from_light(light: Light, u: vec4f, share: f32, info: LightInfo) -> Emitted {
     switch light.kind {
         case LIGHT_POINT: {
             return Emitted(light.position, sample_sphere(u.xy), light.intensity * (4.0 * PI * share), true, 0.0, 4.0 * PI * share);

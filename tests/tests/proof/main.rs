@@ -12,6 +12,7 @@ mod ledger;
 mod lights;
 mod plane;
 mod references;
+mod rsm;
 mod shaders;
 mod sharing;
 mod store;

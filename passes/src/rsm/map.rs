@@ -1,0 +1,41 @@
+//! Importance of each texel.
+
+use super::RsmMaps;
+use crate::scene::{SceneHandles, SceneInfo};
+use crate::{LightInfo, SceneShader};
+use lightloom_graph::{Graph, ShaderError, Subresources, WgslSources, shader_struct};
+
+/// Added to the albedo of every texel: what lies beside a texel's centre can get at most (1 + 0.05) / 0.05 = 21 times the flux that
+/// uniform emission would give it, for a twentieth of the photons or so.
+const ALBEDO_FLOOR: f32 = 0.05;
+
+shader_struct! {
+    struct RsmMapParams {
+        lights: LightInfo,
+        size: u32,
+        albedo_floor: f32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+/// The pass. Reads: scene. Writes: level 0 of the maps. A thread per texel.
+#[derive(Clone, Debug)]
+pub(super) struct RsmMap {
+    shader: SceneShader,
+}
+
+impl RsmMap {
+    pub(super) fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
+        Ok(Self { shader: SceneShader::new(sources, "passes/rsm_map.wgsl")? })
+    }
+
+    pub(super) fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, size: u32, maps: &mut RsmMaps) {
+        let params = RsmMapParams { lights: info.into(), size, albedo_floor: ALBEDO_FLOOR, pad0: 0, pad1: 0 };
+        scene
+            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .write_at("importance", &mut maps.importance, Subresources::mip(0))
+            .heavy()
+            .dispatch([size / 8, size / 8, maps.count]);
+    }
+}

@@ -1,0 +1,56 @@
+// A batch of photons leaves the lights, one thread each; those of lamps that have a map follow it.
+#import "shared/dispatch.wgsl"
+#import "shared/emission.wgsl"
+#import "shared/photon_path.wgsl"
+#import "shared/warp.wgsl"
+
+struct RsmEmitParams {
+    lights: LightInfo,
+    // Photons in all batches together.
+    emitted: u32,
+    // Number of the batch's first.
+    first: u32,
+    // Photons of this batch.
+    count: u32,
+    seed: u32,
+    // Lights that have a map: the first ones.
+    maps: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: RsmEmitParams;
+@group(0) @binding(1) var importance: texture_2d_array<f32>;
+@group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
+@group(0) @binding(3) var<storage, read_write> paths: array<PhotonPath>;
+@group(0) @binding(4) var<storage, read_write> live: LivePaths;
+
+@compute @workgroup_size(64)
+fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
+    let thread = linear_index(global_id, workgroups, PATH_BLOCK);
+    if thread == 0u {
+        live = LivePaths((params.count + PATH_BLOCK - 1u) / PATH_BLOCK, 1u, 1u, params.count);
+    }
+    if thread >= params.count {
+        // The last block is filled up with no rays.
+        rays[thread].t_max = -1.0;
+        return;
+    }
+    let index = params.first + thread;
+    let light_index = photon_light(index, params.emitted, photon_shift(params.seed), params.lights);
+    let light = lights[light_index];
+    var u = kronecker4(index, params.seed);
+    var share = 1.0 / (f32(params.emitted) * light.photon_probability[params.lights.emission]);
+    if light_index < params.maps {
+        let warped = hierarchical_warp(importance, light_index, u.xy);
+        u = vec4f(warped.point, u.zw);
+        share /= warped.density;
+    }
+    let photon = emit_from_light(light, u, share, params.lights);
+    let radius2 = params.lights.bounds_radius * params.lights.bounds_radius;
+    let beam = differential_start(photon.direction, photon.beam_area / radius2, photon.beam_solid_angle);
+    let flags = PHOTON_CAUSTIC | select(0u, PHOTON_DELTA, photon.delta);
+    rays[thread] = Ray(photon.origin, INFINITY, photon.direction, 0u);
+    paths[thread] = PhotonPath(photon.flux, index, differential_pack(beam), 1.0, flags);
+}
