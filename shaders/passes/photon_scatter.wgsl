@@ -93,7 +93,7 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
             atomicAdd(&tally.culled, 1u);
         }
     }
-    // No short-circuits: Mesa's lavapipe 22 compiles a shader anew at every dispatch if a branch hangs on uniforms alone.
+    // No short-circuits: Mesa's lavapipe 22 may compile a shader anew at every dispatch if a branch hangs on uniforms alone.
     if (bounce == params.max_bounces) | ((params.caustics_only != 0u) & (bounce == 0u) & !specular) {
         ledger_add(TERMINATED, remaining);
         return false;

@@ -15,7 +15,7 @@ struct DepositCull {
 const SIN_60: f32 = 0.8660254;
 
 fn deposit_can_be_seen(cull: DepositCull, position: vec3f, normal: vec3f) -> bool {
-    // No branches: Mesa's lavapipe 22 compiles a shader anew at every dispatch if one hangs on uniforms alone.
+    // No branches: Mesa's lavapipe 22 may compile a shader anew at every dispatch if one hangs on uniforms alone.
     var inside = true;
     for (var i = 0u; i < 4u; i += 1u) {
         inside &= dot(cull.planes[i].xyz, position) + cull.planes[i].w >= -cull.reach;

@@ -58,6 +58,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/photon.wgsl",
     "shared/photon_block.wgsl",
     "shared/photon_path.wgsl",
+    "shared/photon_start.wgsl",
     "shared/radiance_sum.wgsl",
     "shared/ray_differential.wgsl",
     "shared/rays.wgsl",

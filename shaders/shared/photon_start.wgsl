@@ -1,0 +1,22 @@
+// Photons begin their way. Needs `rays`, `paths` and `live` of shared/photon_path.wgsl bound for writing.
+#import "shared/emission.wgsl"
+#import "shared/photon_path.wgsl"
+
+// States how many paths there are; whether `thread` has one. The last block is filled up with no rays.
+fn begin_batch(thread: u32, count: u32) -> bool {
+    if thread == 0u {
+        live = LivePaths((count + PATH_BLOCK - 1u) / PATH_BLOCK, 1u, 1u, count);
+    }
+    if thread >= count {
+        rays[thread].t_max = -1.0;
+    }
+    return thread < count;
+}
+
+// Photon `index` of the frame leaves its light.
+fn begin_path(thread: u32, index: u32, photon: Emitted, info: LightInfo) {
+    let beam = differential_start(photon.direction, photon.beam_area / (info.bounds_radius * info.bounds_radius), photon.beam_solid_angle);
+    let flags = PHOTON_CAUSTIC | select(0u, PHOTON_DELTA, photon.delta);
+    rays[thread] = Ray(photon.origin, INFINITY, photon.direction, 0u);
+    paths[thread] = PhotonPath(photon.flux, index, differential_pack(beam), 1.0, flags);
+}
