@@ -27,7 +27,7 @@ fn visibility_vertex(@builtin(vertex_index) vertex: u32) -> Varyings {
     let corner = vertex % 3u;
     let triangle = bvh_triangles[index];
     let bary = vec2f(select(0.0, 1.0, corner == 1u), select(0.0, 1.0, corner == 2u));
-    let world = triangle.v0 + triangle.edge1 * bary.x + triangle.edge2 * bary.y;
+    let world = select(select(triangle.v0, triangle.v1, corner == 1u), triangle.v2, corner == 2u);
     let view = (params.camera.view_from_world * vec4f(world, 1.0)).xyz;
     // Moves the sample point of the pixel's centre to `jitter`.
     let shift = (vec2f(0.5) - params.camera.jitter) / vec2f(params.camera.size) * vec2f(2.0, -2.0);

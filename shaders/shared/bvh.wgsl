@@ -43,18 +43,30 @@ fn alpha_passes(id: u32, bary: vec2f, direction: vec3f) -> bool {
     return unit_float(coin.x) >= alpha;
 }
 
-// Möller–Trumbore. Returns (t, u, v), t < 0 on a miss.
-fn intersect_triangle(triangle: BvhTriangle, origin: vec3f, direction: vec3f) -> vec3f {
-    let p = cross(direction, triangle.edge2);
-    let det = dot(triangle.edge1, p);
-    let inv_det = 1.0 / det;
-    let s = origin - triangle.v0;
-    let u = dot(s, p) * inv_det;
-    let q = cross(s, triangle.edge1);
-    let v = dot(direction, q) * inv_det;
-    let t = dot(triangle.edge2, q) * inv_det;
-    let hit = det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0;
-    return select(vec3f(-1.0), vec3f(t, u, v), hit);
+// Axes in which the ray is the z axis from 0: two across it, and the third scaled so that z is t.
+fn ray_axes(direction: vec3f) -> mat3x3f {
+    let length = length(direction);
+    let frame = tangent_frame(direction / length);
+    return mat3x3f(frame[0], frame[1], frame[2] / length);
+}
+
+// Watertight along shared edges and corners, after [Woop13], "Watertight Ray/Triangle Intersection", with a rotation in
+// place of its shear. Whether a corner lies left or right of an edge is told by comparing the two products of the 2D
+// cross product: rounding is monotonic, so the answer is right or "equal", and both triangles of an edge take an equal
+// one. A difference would not do: contracted to a fused multiply-add it rounds differently for the two.
+// Returns (t, u, v), t < 0 on a miss.
+fn intersect_triangle(triangle: BvhTriangle, origin: vec3f, axes: mat3x3f) -> vec3f {
+    let a = (triangle.v0 - origin) * axes;
+    let b = (triangle.v1 - origin) * axes;
+    let c = (triangle.v2 - origin) * axes;
+    let plus = vec3f(c.x * b.y, a.x * c.y, b.x * a.y);
+    let minus = vec3f(c.y * b.x, a.y * c.x, b.y * a.x);
+    let weights = plus - minus;
+    let det = weights.x + weights.y + weights.z;
+    let inside = all(plus >= minus) || all(plus <= minus);
+    let bary = weights / det;
+    let t = bary.x * a.z + bary.y * b.z + bary.z * c.z;
+    return select(vec3f(-1.0), vec3f(t, bary.yz), inside && det != 0.0);
 }
 
 // Children of a node that the ray meets between `t_min` and `t_max`: a bit per inner child in the top byte, a bit per triangle below.
@@ -115,6 +127,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any: bool) 
     let tiny = abs(direction) < vec3f(1.0e-20);
     let safe = select(direction, vec3f(1.0e-20), tiny);
     let inv_direction = 1.0 / safe;
+    let axes = ray_axes(direction);
     let octant = select(0x04040404u, 0u, safe.x < 0.0) | select(0x02020202u, 0u, safe.y < 0.0)
         | select(0x01010101u, 0u, safe.z < 0.0);
     var stack: array<vec2u, TRAVERSAL_STACK_SIZE>;
@@ -143,7 +156,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any: bool) 
             primitives.y &= ~(1u << bit);
             let index = primitives.x + bit;
             let triangle = bvh_triangles[index];
-            let tuv = intersect_triangle(triangle, origin, direction);
+            let tuv = intersect_triangle(triangle, origin, axes);
             if tuv.x > t_min && tuv.x < hit.t {
                 hit = Hit(tuv.x, index, tuv.yz);
                 if any && !(SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u) {

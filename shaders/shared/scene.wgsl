@@ -6,12 +6,12 @@ struct BvhTriangle {
     v0: vec3f,
     // Index into `triangles`; bit 31 is set where alpha may let a ray pass.
     id: u32,
-    // Second corner − first (m). edge1 × edge2 points to the front side.
-    edge1: vec3f,
+    // Second corner (m, world). Corners, not edges: triangles that share one must see the same bits.
+    v1: vec3f,
     // Index into `materials`.
     material: u32,
-    // Third corner − first (m).
-    edge2: vec3f,
+    // Third corner (m, world). (v1 − v0) × (v2 − v0) points to the front side.
+    v2: vec3f,
     // Index into `lights`, 0xffffffff where the triangle does not emit.
     light: u32,
 }

@@ -57,8 +57,10 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     let uv = triangle_uv(attributes, hit.uv);
 
     var surface: Surface;
-    surface.position = triangle.v0 + triangle.edge1 * hit.uv.x + triangle.edge2 * hit.uv.y;
-    let geometric = normalize(cross(triangle.edge1, triangle.edge2));
+    let edge1 = triangle.v1 - triangle.v0;
+    let edge2 = triangle.v2 - triangle.v0;
+    surface.position = triangle.v0 + edge1 * hit.uv.x + edge2 * hit.uv.y;
+    let geometric = normalize(cross(edge1, edge2));
     surface.front = dot(geometric, direction) < 0.0;
     surface.normal_geometric = select(-geometric, geometric, surface.front);
 
@@ -122,7 +124,7 @@ fn mapped_normal(triangle: BvhTriangle, attributes: TriangleAttributes, material
     if abs(det) < 1.0e-20 {
         return normal;
     }
-    let tangent = (triangle.edge1 * d2.y - triangle.edge2 * d1.y) / det;
+    let tangent = ((triangle.v1 - triangle.v0) * d2.y - (triangle.v2 - triangle.v0) * d1.y) / det;
     let flat_tangent = tangent - normal * dot(normal, tangent);
     let length2 = dot(flat_tangent, flat_tangent);
     if length2 < 1.0e-20 {

@@ -21,12 +21,12 @@ shader_struct! {
         pub v0: [f32; 3],
         /// Index of the triangle; [`ALPHA_TESTED`] where alpha may let a ray pass.
         pub id: u32,
-        /// Second corner − first (m).
-        pub edge1: [f32; 3],
+        /// Second corner (m, world).
+        pub v1: [f32; 3],
         /// Index into the materials.
         pub material: u32,
-        /// Third corner − first (m).
-        pub edge2: [f32; 3],
+        /// Third corner (m, world).
+        pub v2: [f32; 3],
         /// Index into the lights, or [`NONE`].
         pub light: u32,
     }
@@ -193,9 +193,9 @@ impl BvhTriangle {
         Self {
             v0: a.to_array(),
             id: if alpha_tested { index | ALPHA_TESTED } else { index },
-            edge1: (b - a).to_array(),
+            v1: b.to_array(),
             material: triangle.material,
-            edge2: (c - a).to_array(),
+            v2: c.to_array(),
             light,
         }
     }

@@ -99,3 +99,41 @@ fn hits_are_those_of_every_triangle_tested() {
         assert!(ties * 100 < RAYS, "{}: {ties} rays on edges", scene.name);
     }
 }
+
+/// A closed, lumpy sphere: every shared corner moved by a random factor, the same in all triangles that share it.
+fn lumpy(seed: u32, offset: Vec3) -> Scene {
+    let mut scene = builtin::closed_sphere(3);
+    for triangle in &mut scene.triangles {
+        for corner in &mut triangle.positions_world {
+            // Equal corners have equal bits, so the factor depends on the corner alone.
+            let mut bits =
+                corner.to_array().iter().fold(seed, |hash, x| (hash ^ x.to_bits()).wrapping_mul(0x9e37_79b1).rotate_left(15));
+            bits = (bits ^ (bits >> 15)).wrapping_mul(0x85eb_ca6b);
+            *corner = *corner * (0.7 + 0.6 * (bits >> 8) as f32 / (1 << 24) as f32) + offset;
+        }
+    }
+    scene
+}
+
+#[test]
+fn no_ray_escapes_a_closed_mesh_through_edges_or_corners() {
+    let Some(mut lab) = Lab::open() else { return };
+    for (seed, offset) in [(1, Vec3::ZERO), (2, Vec3::new(100.3, -57.1, 31.7)), (3, Vec3::new(-0.3, 2.7, 0.1))] {
+        let scene = lumpy(seed, offset);
+        let gpu_scene = lab.upload(&scene);
+        // The mesh is star-shaped about its centre; the origin stays well inside the least radius.
+        let origin = offset + Vec3::new(0.11, -0.07, 0.05);
+        let rays: Vec<Ray> = (scene.triangles.iter())
+            .flat_map(|triangle| (0..3).map(move |i| (triangle.positions_world[i], triangle.positions_world[(i + 1) % 3])))
+            .flat_map(|(a, b)| [0.0, 0.5, 0.25, 0.1, 0.77].map(|s| a.lerp(b, s) - origin))
+            .map(|direction| Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), pad0: 0 })
+            .collect();
+        let hits = lab.rays(&gpu_scene, &rays);
+        let escaped = hits.iter().filter(|hit| hit.triangle == RayHit::NONE).count();
+        assert_eq!(escaped, 0, "mesh {seed}: of {} rays at edges and corners", rays.len());
+        for (ray, hit) in rays.iter().zip(&hits) {
+            // The target is at t = 1; f32 resolves it to about the ulp of the farthest coordinate.
+            assert!((hit.t - 1.0).abs() < 1e-3, "mesh {seed}: {ray:?} met the surface at {}", hit.t);
+        }
+    }
+}
