@@ -65,8 +65,8 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.normal_geometric = select(-geometric, geometric, surface.front);
 
     let normal0 = octahedral_decode(attributes.normals.x);
-    surface.edge1 = triangle.edge1;
-    surface.edge2 = triangle.edge2;
+    surface.edge1 = edge1;
+    surface.edge2 = edge2;
     surface.normal_edge1 = octahedral_decode(attributes.normals.y) - normal0;
     surface.normal_edge2 = octahedral_decode(attributes.normals.z) - normal0;
     let interpolated = normal0 + surface.normal_edge1 * hit.uv.x + surface.normal_edge2 * hit.uv.y;
