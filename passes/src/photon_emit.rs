@@ -30,7 +30,7 @@ impl PhotonEmit {
 
 impl PhotonSource for PhotonEmit {
     fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, batch: PhotonBatch, out: &mut PathBuffers) {
-        let PhotonBatch { emitted, first, count, seed, .. } = batch;
+        let PhotonBatch { emitted, first, count, seed } = batch;
         let params = PhotonEmitParams { lights: info.into(), emitted, first, count, seed };
         scene
             .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))

@@ -64,7 +64,7 @@ shader_struct! {
 }
 
 /// Photons to be emitted by one call.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PhotonBatch {
     /// Photons of the frame, all batches together: what each one's share of the flux is computed from.
     pub emitted: u32,
@@ -74,8 +74,6 @@ pub struct PhotonBatch {
     pub count: u32,
     /// Seed of the frame.
     pub seed: u32,
-    /// Fixed-point units per watt of the flux ledger, for sources that tally.
-    pub ledger_scale: f32,
 }
 
 /// Rays of a batch and what they carry, in equal order.

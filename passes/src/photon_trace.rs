@@ -141,8 +141,7 @@ impl PhotonTracing {
         let mut first = 0;
         while first < emitted {
             let count = settings.batch().min(emitted - first);
-            let ledger_scale = settings.ledger_scale(info);
-            let batch = PhotonBatch { emitted: settings.emitted, first, count, seed: settings.seed, ledger_scale };
+            let batch = PhotonBatch { emitted: settings.emitted, first, count, seed: settings.seed };
             self.follow(graph, scene, info, &settings, source, batch, &mut store);
             first += count;
         }

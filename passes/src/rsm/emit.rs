@@ -45,7 +45,7 @@ impl PhotonSource for RsmSource<'_> {
         if self.maps.count == 0 {
             return self.emit.uniform.add(graph, scene, info, batch, out);
         }
-        let PhotonBatch { emitted, first, count, seed, .. } = batch;
+        let PhotonBatch { emitted, first, count, seed } = batch;
         let maps = self.maps.count;
         // Maps steer; guides would do so too.
         let lights = (&info.with_emission(Emission::Uniform)).into();

@@ -5,8 +5,8 @@ use crate::scene::{SceneHandles, SceneInfo};
 use crate::{LightInfo, SceneShader};
 use lightloom_graph::{Graph, ShaderError, Subresources, WgslSources, shader_struct};
 
-/// Added to the albedo of every texel: what lies beside a texel's centre can get at most (1 + 0.05) / 0.05 = 21 times the flux that
-/// uniform emission would give it, for a twentieth of the photons or so.
+/// Added to the albedo of every texel, so that what lies beside a texel's centre is reached too: among texels of equal flux, with at
+/// most (1 + 0.05) / 0.05 = 21 times the flux of a photon of uniform emission.
 const ALBEDO_FLOOR: f32 = 0.05;
 
 shader_struct! {

@@ -48,7 +48,7 @@ fn directions_follow_the_map_and_carry_its_flux() {
         paths: graph.buffer("paths", BufferDesc::array_of::<PhotonPath>(places)),
         live: graph.buffer("live", BufferDesc::array_of::<LivePaths>(1)),
     };
-    let batch = PhotonBatch { emitted: COUNT, first: 0, count: COUNT, seed: 3, ledger_scale: 1.0 };
+    let batch = PhotonBatch { emitted: COUNT, first: 0, count: COUNT, seed: 3 };
     rsm.source(&maps).add(&mut graph, &handles, &scene.info(), batch, &mut out);
     let reads = (graph.readback_texture(&maps.importance), graph.readback_buffer(&out.rays), graph.readback_buffer(&out.paths));
     let output = lab.run(graph);
