@@ -340,13 +340,13 @@ impl Contents {
     }
 
     fn has(&self, access: &Access) -> bool {
-        self.0.as_ref().is_some_and(|(cells, written)| cells.of(access).all(|cell| written[cell]))
+        self.0.as_ref().is_some_and(|(cells, written)| cells.of(access).flatten().all(|cell| written[cell]))
     }
 
     fn write(&mut self, pass: &PassDecl) {
         if let Some((cells, written)) = &mut self.0 {
             let writes = pass.accesses.iter().filter(|access| access.writes());
-            writes.flat_map(|access| cells.of(access)).for_each(|cell| written[cell] = true);
+            writes.flat_map(|access| cells.of(access)).for_each(|row| written[row].fill(true));
         }
     }
 }

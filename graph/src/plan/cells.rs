@@ -10,6 +10,7 @@
 //! ```
 
 use crate::declaration::{Access, Declaration, ResourceKind};
+use std::ops::Range;
 
 /// Cells of all resources, numbered through.
 #[derive(Debug)]
@@ -70,23 +71,23 @@ impl Cells {
     }
 
     /// The cells of a whole resource.
-    pub(crate) fn of_resource(&self, resource: usize) -> std::ops::Range<usize> {
+    pub(crate) fn of_resource(&self, resource: usize) -> Range<usize> {
         self.first[resource] as usize..self.first[resource + 1] as usize
     }
 
-    /// The cells of an access.
+    /// The cells of an access, as rows without gaps: one row, unless it leaves out layers of several mips.
     #[inline]
-    pub(crate) fn of(&self, access: &Access) -> Span {
+    pub(crate) fn of(&self, access: &Access) -> impl Iterator<Item = Range<usize>> + use<> {
         let all = self.of_resource(access.resource);
-        if access.part.is_all() || all.len() == 1 {
-            return Span { next: all.start, end: all.end, rows: 0, gap: 0, width: all.len() };
-        }
-        self.of_part(access)
+        let (first, width, rows, stride) =
+            if access.part.is_all() || all.len() == 1 { (all.start, all.len(), 1, 0) } else { self.part(access) };
+        (0..rows).map(move |row| first + row * stride..first + row * stride + width)
     }
 
-    fn of_part(&self, access: &Access) -> Span {
+    /// First cell, width, number, and distance of the rows.
+    fn part(&self, access: &Access) -> (usize, usize, usize, usize) {
         let Ok(at) = self.cuts.binary_search_by_key(&access.resource, |(resource, _)| *resource) else {
-            return Span::default();
+            return (0, 0, 0, 0);
         };
         let cut = &self.cuts[at].1;
         let inside = |axis: &[u32], [start, end]: [u32; 2]| {
@@ -95,44 +96,9 @@ impl Cells {
             first..axis[..last].partition_point(|&edge| edge < end).max(first)
         };
         let (mips, layers) = (inside(&cut.mips, access.part.mips), inside(&cut.layers, access.part.layers));
-        let (rows, width, stride) = (mips.len(), layers.len(), cut.layers.len() - 1);
-        if rows == 0 {
-            return Span::default();
-        }
-        let next = self.first[access.resource] as usize + mips.start * stride + layers.start;
-        Span { next, end: next + width, rows: rows - 1, gap: stride - width, width }
-    }
-}
-
-/// Cells of one access: rows of equal width, equally far apart.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Span {
-    next: usize,
-    /// Of this row.
-    end: usize,
-    /// How many follow.
-    rows: usize,
-    /// From the end of one to the start of the next.
-    gap: usize,
-    width: usize,
-}
-
-impl Iterator for Span {
-    type Item = usize;
-
-    #[inline]
-    fn next(&mut self) -> Option<usize> {
-        if self.next == self.end {
-            if self.rows == 0 || self.width == 0 {
-                return None;
-            }
-            self.rows -= 1;
-            self.next = self.end + self.gap;
-            self.end = self.next + self.width;
-        }
-        let cell = self.next;
-        self.next += 1;
-        Some(cell)
+        let stride = cut.layers.len() - 1;
+        let first = self.first[access.resource] as usize + mips.start * stride + layers.start;
+        if layers.len() == stride { (first, mips.len() * stride, 1, 0) } else { (first, layers.len(), mips.len(), stride) }
     }
 }
 
@@ -163,7 +129,7 @@ mod tests {
         declaration.passes[0].accesses = parts.iter().map(|&part| access(1, part)).collect();
         let cells = Cells::new(&declaration);
         assert_eq!(cells.len(), 1 + 4 + 1);
-        let of = |resource, part| cells.of(&access(resource, part)).collect::<Vec<_>>();
+        let of = |resource, part| cells.of(&access(resource, part)).flatten().collect::<Vec<_>>();
         assert_eq!(of(0, Subresources::ALL), [0]);
         assert_eq!(of(2, Subresources::ALL), [5]);
         assert_eq!(of(1, Subresources::mip(0)), [1, 2], "mip 0: layers 0…1, and layer 2");

@@ -8,63 +8,48 @@
 //!   of t  ◄──    dead          needed            dead                 so A does not run: `B` overwrites it
 //! ```
 
-use super::{Culled, cells::Cells};
-use crate::declaration::{Access, Declaration, PassDecl, Write};
+use super::{
+    Culled,
+    uses::{Use, Uses},
+};
+use crate::declaration::Declaration;
 use std::fmt::Write as _;
 
 /// Per pass whether it runs, and the reasons of those that do not.
-pub(super) fn cull(declaration: &Declaration, cells: &Cells) -> (Vec<bool>, Vec<Culled>) {
+pub(super) fn cull(declaration: &Declaration, uses: &Uses) -> (Vec<bool>, Vec<Culled>) {
     let mut live = vec![true; declaration.passes.len()];
-    let mut fates = vec![Fate::default(); cells.len()];
+    let mut fates = vec![Fate::default(); uses.cells.len()];
     // What becomes of what culled passes write; passes from the back, of each its writes from the front.
-    let mut writes: Vec<(&Access, Fate)> = Vec::new();
+    let mut writes: Vec<(u32, Fate)> = Vec::new();
     // Culled passes, with where their writes begin.
     let mut dead: Vec<(usize, usize)> = Vec::new();
     for (index, pass) in declaration.passes.iter().enumerate().rev() {
-        let needed = |access: &Access| cells.of(access).any(|cell| fates[cell].needed);
-        live[index] = is_root(declaration, pass) || written(pass).any(needed);
+        let all = uses.of(index);
+        let needed = |used: &Use| used.wanted || (used.writes && fates[used.cells()].iter().any(|fate| fate.needed));
+        live[index] = pass.side_effect || all.iter().any(needed);
         if !live[index] {
             dead.push((index, writes.len()));
-            writes.extend(written(pass).map(|access| {
-                let fates = cells.of(access).map(|cell| fates[cell]);
+            for access in all.chunk_by(Use::is_of_same).filter(|access| access[0].writes) {
+                let fates = access.iter().flat_map(|used| &fates[used.cells()]);
                 // What is read somewhere is told first, then what is overwritten.
-                (
-                    access,
-                    fates.min_by_key(|fate| if fate.next == NONE { 2 } else { u8::from(fate.readers == 0) }).unwrap_or_default(),
-                )
-            }));
+                let told = |fate: &&Fate| if fate.next == NONE { 2 } else { u8::from(fate.readers == 0) };
+                writes.push((access[0].resource, fates.min_by_key(told).copied().unwrap_or_default()));
+            }
         }
         // What a pass overwrites it may see before.
-        for access in pass.accesses.iter().filter(|access| !sees(access)) {
-            cells.of(access).for_each(|cell| fates[cell] = Fate { next: index as u32, readers: 0, needed: false });
+        for used in all.iter().filter(|used| !used.sees) {
+            fates[used.cells()].fill(Fate { next: index as u32, readers: 0, needed: false });
         }
-        for access in pass.accesses.iter().filter(|access| sees(access)) {
-            cells.of(access).for_each(|cell| fates[cell].seen(index as u32, live[index]));
+        for used in all.iter().filter(|used| used.sees) {
+            fates[used.cells()].iter_mut().for_each(|fate| fate.seen(index as u32, live[index]));
         }
     }
     let chains = Chains { declaration, writes, dead };
     let culled = chains.dead.iter().enumerate().rev();
     let culled = culled
-        .map(|(at, &(index, _))| Culled { index, pass: declaration.passes[index].name.to_string(), reason: chains.reason(at) })
+        .map(|(at, &(index, _))| Culled { index, pass: declaration.passes[index].name.clone(), reason: chains.reason(at) })
         .collect();
     (live, culled)
-}
-
-fn is_root(declaration: &Declaration, pass: &PassDecl) -> bool {
-    pass.side_effect
-        || written(pass).any(|access| {
-            let resource = &declaration.resources[access.resource];
-            resource.keep || resource.origin.outlives_frame()
-        })
-}
-
-fn written(pass: &PassDecl) -> impl Iterator<Item = &Access> {
-    pass.accesses.iter().filter(|access| access.writes())
-}
-
-/// Whether what was there before shows.
-fn sees(access: &Access) -> bool {
-    access.read || access.write != Write::Overwrite
 }
 
 /// No pass.
@@ -104,14 +89,14 @@ const LINKS: usize = 4;
 /// What becomes of what culled passes write.
 struct Chains<'a> {
     declaration: &'a Declaration,
-    /// Their writes, pass after pass.
-    writes: Vec<(&'a Access, Fate)>,
+    /// Resources they write, pass after pass.
+    writes: Vec<(u32, Fate)>,
     /// Culled passes from the last, with where their writes begin.
     dead: Vec<(usize, usize)>,
 }
 
-impl<'a> Chains<'a> {
-    fn writes(&self, at: usize) -> &[(&'a Access, Fate)] {
+impl Chains<'_> {
+    fn writes(&self, at: usize) -> &[(u32, Fate)] {
         let end = self.dead.get(at + 1).map_or(self.writes.len(), |&(_, start)| start);
         &self.writes[self.dead[at].1..end]
     }
@@ -120,15 +105,19 @@ impl<'a> Chains<'a> {
         &self.declaration.passes[pass as usize].name
     }
 
+    fn resource(&self, resource: u32) -> &str {
+        &self.declaration.resources[resource as usize].name
+    }
+
     /// Why a pass does not run. Each thing it writes has a chain that ends where nothing follows.
     fn reason(&self, at: usize) -> String {
         let mut text = String::with_capacity(160);
-        for (access, fate) in self.writes(at) {
+        for &(resource, fate) in self.writes(at) {
             if !text.is_empty() {
                 text.push_str("; ");
             }
-            Self::tell(&mut text, "writes ", &self.declaration.resources[access.resource].name, ", ");
-            self.follow(*fate, &mut text);
+            Self::tell(&mut text, "writes ", self.resource(resource), ", ");
+            self.follow(fate, &mut text);
         }
         if text.is_empty() { "writes nothing and has no side effect".to_owned() } else { text }
     }
@@ -150,7 +139,7 @@ impl<'a> Chains<'a> {
             }
             // All that see it are culled too, or the writer would run.
             let next = self.dead.binary_search_by(|&(pass, _)| (fate.next as usize).cmp(&pass));
-            let Some((access, then)) = next.ok().and_then(|at| self.writes(at).first()) else {
+            let Some(&(resource, then)) = next.ok().and_then(|at| self.writes(at).first()) else {
                 text.push_str(", which writes nothing and has no side effect");
                 return;
             };
@@ -158,8 +147,8 @@ impl<'a> Chains<'a> {
                 text.push_str(", which is culled in turn");
                 return;
             }
-            Self::tell(text, ", which writes ", &self.declaration.resources[access.resource].name, ", ");
-            fate = *then;
+            Self::tell(text, ", which writes ", self.resource(resource), ", ");
+            fate = then;
         }
     }
 
@@ -189,7 +178,7 @@ mod tests {
                        {"name": "sink", "kind": "compute", "reads": ["a"], "writes": [{"resource": "out"}]}]}"#;
         let plan = plan(&Declaration::from_frame_json(frame).unwrap(), &PlanOptions::default()).unwrap();
         assert_eq!(plan.order, [1, 5]);
-        let reasons: Vec<(&str, &str)> = plan.culled.iter().map(|c| (c.pass.as_str(), c.reason.as_str())).collect();
+        let reasons: Vec<(&str, &str)> = plan.culled.iter().map(|c| (&*c.pass, c.reason.as_str())).collect();
         assert_eq!(
             reasons,
             [

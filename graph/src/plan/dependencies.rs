@@ -1,54 +1,47 @@
 //! Which pass must come after which earlier one. A culled pass between two that run orders nothing; what the one reads and the
 //! other overwrites, does.
 
-use super::cells::Cells;
-use crate::declaration::Declaration;
+use super::uses::Uses;
 
 /// An edge from an earlier pass to a later one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Edge {
-    pub(super) from: usize,
-    pub(super) to: usize,
+    pub(super) from: u32,
+    pub(super) to: u32,
 }
 
 /// No pass, or the end of a list.
 const NONE: u32 = u32::MAX;
 
-/// All edges among the passes for which `runs` holds, in recorded order of `to`; all lead forwards.
-pub(super) fn dependencies(declaration: &Declaration, cells: &Cells, runs: impl Fn(usize) -> bool) -> Vec<Edge> {
-    let mut writer = vec![NONE; cells.len()];
+/// All edges among the passes that run, in recorded order of `to`; all lead forwards.
+pub(super) fn dependencies(uses: &Uses, runs: &[bool]) -> Vec<Edge> {
+    let mut writer = vec![NONE; uses.cells.len()];
     // Readers of each cell since its last write, as lists in one vector: (pass, next).
-    let mut readers = vec![NONE; cells.len()];
-    let mut links: Vec<(u32, u32)> = Vec::with_capacity(declaration.passes.len() * 4);
-    let mut edges = Vec::with_capacity(declaration.passes.len() * 4);
-    let mut join = |from: u32, to: usize| {
-        if from != NONE && from as usize != to {
-            edges.push(Edge { from: from as usize, to });
+    let mut readers = vec![NONE; uses.cells.len()];
+    let mut links: Vec<(u32, u32)> = Vec::with_capacity(runs.len() * 4);
+    let mut edges = Vec::with_capacity(runs.len() * 4);
+    let mut join = |from: u32, to: u32| {
+        if from != NONE && from != to {
+            edges.push(Edge { from, to });
         }
     };
-    for (to, pass) in declaration.passes.iter().enumerate().filter(|(to, _)| runs(*to)) {
-        for access in &pass.accesses {
-            for cell in cells.of(access) {
+    for pass in (0..runs.len()).filter(|&pass| runs[pass]) {
+        let to = pass as u32;
+        for used in uses.of(pass) {
+            for cell in used.cells() {
                 join(writer[cell], to);
-                if access.writes() {
-                    let mut link = readers[cell];
-                    while link != NONE {
-                        let (reader, next) = links[link as usize];
-                        join(reader, to);
-                        link = next;
-                    }
-                }
-            }
-        }
-        for access in &pass.accesses {
-            for cell in cells.of(access) {
-                if access.writes() {
-                    writer[cell] = to as u32;
-                    readers[cell] = NONE;
-                } else {
-                    links.push((to as u32, readers[cell]));
+                if !used.writes {
+                    links.push((to, readers[cell]));
                     readers[cell] = links.len() as u32 - 1;
+                    continue;
                 }
+                let mut link = readers[cell];
+                while link != NONE {
+                    let (reader, next) = links[link as usize];
+                    join(reader, to);
+                    link = next;
+                }
+                (writer[cell], readers[cell]) = (to, NONE);
             }
         }
     }
@@ -58,6 +51,17 @@ pub(super) fn dependencies(declaration: &Declaration, cells: &Cells, runs: impl 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Declaration;
+
+    fn edges(frame: &str) -> Vec<(u32, u32)> {
+        let declaration = Declaration::from_frame_json(frame).unwrap();
+        let runs = vec![true; declaration.passes.len()];
+        let mut edges: Vec<(u32, u32)> =
+            dependencies(&Uses::new(&declaration), &runs).iter().map(|edge| (edge.from, edge.to)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
 
     #[test]
     fn readers_wait_for_writers_and_writers_for_readers() {
@@ -67,12 +71,7 @@ mod tests {
                        {"name": "read", "kind": "compute", "reads": ["a"]},
                        {"name": "add", "kind": "compute", "writes": [{"resource": "a", "preserve": true}]},
                        {"name": "clear", "kind": "compute", "writes": [{"resource": "a"}]}]}"#;
-        let declaration = Declaration::from_frame_json(frame).unwrap();
-        let mut edges = dependencies(&declaration, &Cells::new(&declaration), |_| true);
-        edges.sort_by_key(|edge| (edge.from, edge.to));
-        edges.dedup();
-        let edge = |from, to| Edge { from, to };
-        assert_eq!(edges, [edge(0, 1), edge(0, 2), edge(1, 2), edge(2, 3)]);
+        assert_eq!(edges(frame), [(0, 1), (0, 2), (1, 2), (2, 3)]);
     }
 
     #[test]
@@ -83,10 +82,6 @@ mod tests {
                        {"name": "1", "kind": "compute", "reads": [{"resource": "t", "mips": [0, 1]}], "writes": [{"resource": "t", "mips": [1, 2]}]},
                        {"name": "again", "kind": "compute", "writes": [{"resource": "t", "mips": [2, 3]}]},
                        {"name": "all", "kind": "compute", "reads": ["t"]}]}"#;
-        let declaration = Declaration::from_frame_json(frame).unwrap();
-        let mut edges: Vec<(usize, usize)> =
-            dependencies(&declaration, &Cells::new(&declaration), |_| true).iter().map(|edge| (edge.from, edge.to)).collect();
-        edges.sort_unstable();
-        assert_eq!(edges, [(0, 1), (0, 3), (1, 3), (2, 3)], "mip 2 waits for nobody");
+        assert_eq!(edges(frame), [(0, 1), (0, 3), (1, 3), (2, 3)], "mip 2 waits for nobody");
     }
 }

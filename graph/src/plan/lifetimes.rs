@@ -1,5 +1,6 @@
 //! From where to where each resource is in use.
 
+use super::uses::Uses;
 use crate::declaration::{Declaration, Origin};
 use std::ops::Range;
 
@@ -15,12 +16,17 @@ pub struct Lifetime {
 /// Per resource its lifetime; `None` if no pass that runs uses it.
 ///
 /// A step runs as one, so what it uses is in use from its first position to its last.
-pub(super) fn lifetimes(declaration: &Declaration, order: &[usize], steps: &[Range<usize>]) -> Vec<Option<Lifetime>> {
+pub(super) fn lifetimes(
+    declaration: &Declaration,
+    uses: &Uses,
+    order: &[usize],
+    steps: &[Range<usize>],
+) -> Vec<Option<Lifetime>> {
     let mut lifetimes: Vec<Option<Lifetime>> = vec![None; declaration.resources.len()];
     for step in steps {
-        for access in order[step.clone()].iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
+        for used in uses.of_all(&order[step.clone()]) {
             let last = step.end - 1;
-            lifetimes[access.resource].get_or_insert(Lifetime { first: step.start, last }).last = last;
+            lifetimes[used.resource as usize].get_or_insert(Lifetime { first: step.start, last }).last = last;
         }
     }
     for (resource, lifetime) in declaration.resources.iter().zip(&mut lifetimes) {

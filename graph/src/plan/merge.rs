@@ -126,7 +126,8 @@ fn fold_clears(declaration: &Declaration, live: &[bool]) -> Vec<(usize, usize)> 
     // Clears that nothing has used yet.
     let mut waiting: Vec<(usize, &Access)> = Vec::new();
     for (index, pass) in declaration.passes.iter().enumerate().filter(|(index, _)| live[*index]) {
-        for access in &pass.accesses {
+        let mut accesses = pass.accesses.iter();
+        while let (false, Some(access)) = (waiting.is_empty(), accesses.next()) {
             waiting.retain(|&(clear, cleared)| {
                 if cleared.resource != access.resource || !cleared.part.overlaps(access.part) {
                     return true;

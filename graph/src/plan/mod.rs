@@ -1,7 +1,7 @@
 //! From a declaration to a plan: a pure function, one file per phase.
 //!
 //! ```text
-//!   validate → cells → cull → dependencies → merge → order → lifetimes → place
+//!   validate → uses → cull → dependencies → merge → order → lifetimes → place
 //! ```
 //!
 //! Where the order that needs less memory is not the recorded one, both go on as [`Timeline`]s until it is known which
@@ -15,13 +15,15 @@ mod merge;
 mod order;
 mod place;
 mod timeline;
+mod uses;
 pub(crate) mod validate;
 
 use crate::{declaration::Declaration, error::GraphError};
 pub use lifetimes::Lifetime;
 pub use place::{Slot, SlotKind};
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 use timeline::Timeline;
+use uses::Uses;
 
 /// How a frame is planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -119,7 +121,7 @@ pub struct Culled {
     /// Index of the pass.
     pub index: usize,
     /// Its name.
-    pub pass: String,
+    pub pass: Arc<str>,
     /// Why.
     pub reason: String,
 }
@@ -167,22 +169,22 @@ pub fn plan_with_needs(
     needs: &dyn Fn(usize, u32) -> Need,
 ) -> Result<Plan, GraphError> {
     validate::indices(declaration)?;
-    let cells = cells::Cells::new(declaration);
-    validate::contents(declaration, &cells)?;
-    let (live, culled) = cull::cull(declaration, &cells);
-    let edges = dependencies::dependencies(declaration, &cells, |pass| live[pass]);
+    let uses = Uses::new(declaration);
+    validate::contents(declaration, &uses)?;
+    let (live, culled) = cull::cull(declaration, &uses);
+    let edges = dependencies::dependencies(&uses, &live);
     let units = merge::merge(declaration, &live);
     let orders = order::Orders::new(declaration, &units, &edges);
     let recorded =
         orders.recorded().map_err(|pass| GraphError::Cycle { path: format!("`{}`", declaration.passes[pass].name) })?;
     // The recorded order, then the one for memory if it is another.
-    let mut timelines = vec![Timeline::new(declaration, &units, &recorded)];
+    let mut timelines = vec![Timeline::new(declaration, &uses, &units, &recorded)];
     let recorded_peak = timelines[0].peak();
     if options.order == PassOrder::Memory {
-        let smaller = orders.smaller(&recorded, recorded_peak);
-        timelines.extend(smaller.map(|sequence| Timeline::new(declaration, &units, &sequence)));
+        let smaller = orders.smaller(&uses, &recorded, recorded_peak);
+        timelines.extend(smaller.map(|sequence| Timeline::new(declaration, &uses, &units, &sequence)));
     }
-    let mut usages = usages(declaration, &timelines[0].order);
+    let mut usages = usages(declaration, &uses, &timelines[0].order);
     if options.transient_attachments {
         let Timeline { lifetimes, steps, .. } = &timelines[0];
         merge::transient_attachments(declaration, lifetimes, steps, &mut usages);
@@ -191,8 +193,8 @@ pub fn plan_with_needs(
     let last = timelines.len() - 1;
     let wants = |sharing| options.sharing == sharing || !options.only_own_bytes;
     let merged = wants(Sharing::Merged).then(|| {
-        let uses = place::Uses::new(declaration, &units);
-        place::least(items.iter().map(|items| place::Draft::new(declaration, &uses, items)))
+        let by_unit = place::BufferUses::new(declaration, &uses, &units);
+        place::least(items.iter().map(|items| place::Draft::new(declaration, &by_unit, items)))
     });
     let heaps = wants(Sharing::Placed).then(|| (last, place::heaps(declaration, &items[last], needs, recorded_peak)));
     let mut memory = Memory {
@@ -220,10 +222,10 @@ pub fn plan_with_needs(
     Ok(Plan { order, steps, culled, lifetimes, slots, slot_of, offsets, live_bytes, memory, usages })
 }
 
-fn usages(declaration: &Declaration, order: &[usize]) -> Vec<u32> {
+fn usages(declaration: &Declaration, uses: &Uses, order: &[usize]) -> Vec<u32> {
     let mut usages = vec![0; declaration.resources.len()];
-    for access in order.iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
-        usages[access.resource] |= access.usage;
+    for used in uses.of_all(order) {
+        usages[used.resource as usize] |= used.usage;
     }
     usages
 }

@@ -4,6 +4,7 @@ use super::{
     Lifetime,
     lifetimes::{lifetimes, live_bytes},
     merge::Units,
+    uses::Uses,
 };
 use crate::declaration::Declaration;
 use std::ops::Range;
@@ -20,9 +21,9 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Of the units in the given order.
-    pub(super) fn new(declaration: &Declaration, units: &Units, sequence: &[u32]) -> Self {
+    pub(super) fn new(declaration: &Declaration, uses: &Uses, units: &Units, sequence: &[u32]) -> Self {
         let (order, steps) = units.flatten(sequence);
-        let lifetimes = lifetimes(declaration, &order, &steps);
+        let lifetimes = lifetimes(declaration, uses, &order, &steps);
         let live_bytes = live_bytes(declaration, &lifetimes, order.len());
         Self { order, steps, lifetimes, live_bytes }
     }

@@ -1,6 +1,9 @@
 //! Refuses frames that cannot mean anything: what shows only over the whole frame.
 
-use super::cells::{self, Cells};
+use super::{
+    cells,
+    uses::{Use, Uses},
+};
 use crate::{
     Subresources,
     declaration::{Declaration, Origin},
@@ -9,7 +12,7 @@ use crate::{
 };
 use std::hash::Hasher;
 
-/// Names, indices and parts that do not fit.
+/// Names, indices and parts that do not fit, and writes to a previous frame.
 pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
     let mut errors = Vec::new();
     let (resources, passes) = (&declaration.resources, &declaration.passes);
@@ -17,7 +20,7 @@ pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
     unique("pass", declaration, passes.len(), |at| &passes[at].name, &mut errors);
     for pass in &declaration.passes {
         for access in &pass.accesses {
-            if access.resource >= declaration.resources.len() {
+            if access.resource >= resources.len() {
                 errors.push(GraphError::UnknownResource {
                     frame: declaration.name.clone(),
                     pass: pass.name.to_string(),
@@ -25,8 +28,14 @@ pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
                     resource: format!("#{}", access.resource),
                     hint: String::new(),
                 });
-            } else if !access.part.is_all() {
+                continue;
+            }
+            if !access.part.is_all() {
                 errors.extend(part_error(declaration, access.resource, access.part, pass.at()));
+            }
+            let resource = &resources[access.resource];
+            if access.writes() && resource.origin == Origin::Previous {
+                errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.to_string() });
             }
         }
     }
@@ -49,10 +58,29 @@ pub(crate) fn part_error(declaration: &Declaration, resource: usize, part: Subre
     })
 }
 
-/// Reads of what nothing wrote, and writes to a previous frame.
-pub(super) fn contents(declaration: &Declaration, cells: &Cells) -> Result<(), GraphError> {
+/// Reads of what nothing wrote.
+pub(super) fn contents(declaration: &Declaration, uses: &Uses) -> Result<(), GraphError> {
     let mut errors = Vec::new();
-    stale(declaration, cells, &mut errors);
+    let mut written = vec![false; uses.cells.len()];
+    for (index, _) in declaration.resources.iter().enumerate().filter(|(_, resource)| resource.origin.has_contents()) {
+        written[uses.cells.of_resource(index)].fill(true);
+    }
+    let mut writers: Option<Vec<Vec<usize>>> = None;
+    for pass in 0..declaration.passes.len() {
+        let all = uses.of(pass);
+        let stale_rows = all.iter().filter(|used| used.reads && written[used.cells()].iter().any(|written| !written));
+        let mut told: Option<&Use> = None;
+        for used in stale_rows {
+            if told.is_none_or(|told| !told.is_of_same(used)) {
+                let writers = writers.get_or_insert_with(|| all_writers(declaration));
+                errors.push(stale(declaration, uses, writers, &written, pass, used));
+                told = Some(used);
+            }
+        }
+        for used in all.iter().filter(|used| used.writes) {
+            written[used.cells()].fill(true);
+        }
+    }
     GraphError::collect(errors).map_or(Ok(()), Err)
 }
 
@@ -87,52 +115,31 @@ fn unique<'a>(
     }
 }
 
-fn stale(declaration: &Declaration, cells: &Cells, errors: &mut Vec<GraphError>) {
-    let mut written = vec![false; cells.len()];
-    for (index, _) in declaration.resources.iter().enumerate().filter(|(_, resource)| resource.origin.has_contents()) {
-        written[cells.of_resource(index)].fill(true);
+/// What is wrong with an access, given by one of its rows, that reads what was not `written`.
+#[cold]
+fn stale(declaration: &Declaration, uses: &Uses, writers: &[Vec<usize>], written: &[bool], pass: usize, row: &Use) -> GraphError {
+    let index = row.resource as usize;
+    let access = row.of(declaration, pass);
+    let resource = &declaration.resources[index];
+    let missing = |writer: usize| {
+        let wrote = |cell| uses.of(writer).iter().any(|used| used.writes && used.cells().contains(&cell));
+        uses.cells.of(access).flatten().any(|cell| !written[cell] && wrote(cell))
+    };
+    let later = writers[index].iter().copied().find(|&writer| writer > pass && missing(writer));
+    if let Some(path) = later.and_then(|later| cycle(declaration, writers, pass, index, later)) {
+        return GraphError::Cycle { path };
     }
-    let mut writers: Option<Vec<Vec<usize>>> = None;
-    for (index, pass) in declaration.passes.iter().enumerate() {
-        for access in &pass.accesses {
-            let resource = &declaration.resources[access.resource];
-            if access.writes() && resource.origin == Origin::Previous {
-                errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.to_string() });
-            }
-            if !access.read || cells.of(access).all(|cell| written[cell]) {
-                continue;
-            }
-            let writers = writers.get_or_insert_with(|| all_writers(declaration));
-            let missing = |writer: usize| {
-                let wrote =
-                    |cell| declaration.passes[writer].accesses.iter().any(|a| a.writes() && cells.of(a).any(|c| c == cell));
-                cells.of(access).any(|cell| !written[cell] && wrote(cell))
-            };
-            let later = writers[access.resource].iter().copied().find(|&writer| writer > index && missing(writer));
-            if let Some(path) = later.and_then(|later| cycle(declaration, writers, index, access.resource, later)) {
-                errors.push(GraphError::Cycle { path });
-                continue;
-            }
-            let mend = match later {
-                Some(later) => format!("`{}` writes it later: record that first", declaration.passes[later].name),
-                None if resource.origin == Origin::Current => {
-                    "write it first, or read the `previous` handle of the pair".to_owned()
-                }
-                None => {
-                    "write or clear it first (`clear_buffer`, `Load::Clear`), or keep it between frames as history".to_owned()
-                }
-            };
-            let part = if access.part.is_all() { String::new() } else { format!(", {}", access.part) };
-            errors.push(GraphError::StaleRead {
-                at: pass.place(),
-                resource: resource.name.to_string(),
-                how: format!("{}{part}", access.binding),
-                mend,
-            });
-        }
-        for access in pass.accesses.iter().filter(|access| access.writes()) {
-            cells.of(access).for_each(|cell| written[cell] = true);
-        }
+    let mend = match later {
+        Some(later) => format!("`{}` writes it later: record that first", declaration.passes[later].name),
+        None if resource.origin == Origin::Current => "write it first, or read the `previous` handle of the pair".to_owned(),
+        None => "write or clear it first (`clear_buffer`, `Load::Clear`), or keep it between frames as history".to_owned(),
+    };
+    let part = if access.part.is_all() { String::new() } else { format!(", {}", access.part) };
+    GraphError::StaleRead {
+        at: declaration.passes[pass].place(),
+        resource: resource.name.to_string(),
+        how: format!("{}{part}", access.binding),
+        mend,
     }
 }
 

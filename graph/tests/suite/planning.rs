@@ -21,7 +21,7 @@ fn unused_results_are_culled_and_take_no_memory() {
     graph.readback_buffer(&b);
     let plan = graph.plan(&PlanOptions::default()).unwrap();
     assert_eq!(plan.order, [0, 1, 3]);
-    assert_eq!(plan.culled[0].pass, "dead");
+    assert_eq!(&*plan.culled[0].pass, "dead");
     assert_eq!(plan.culled[0].reason, "writes `c`, which nothing reads");
     assert_eq!(plan.slot_of[2], None, "`c` gets no memory");
     assert_eq!(plan.memory.unshared_bytes, 64);

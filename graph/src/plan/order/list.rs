@@ -87,7 +87,7 @@ pub(super) fn schedule(model: &Model, direction: Direction) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{cells, cull, dependencies, merge};
+    use super::super::super::{cull, dependencies, merge, uses};
     use super::{
         super::model::{Touches, unit_edges},
         *,
@@ -113,10 +113,11 @@ mod tests {
         let (resources, passes) = (resources.join(","), first.join(","));
         let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{passes}]}}"#);
         let declaration = Declaration::from_frame_json(&frame).unwrap();
-        let cells = cells::Cells::new(&declaration);
-        let edges = dependencies::dependencies(&declaration, &cells, |_| true);
-        let units = merge::merge(&declaration, &cull::cull(&declaration, &cells).0);
-        let touches = Touches::new(&declaration, &units).unwrap();
+        let uses = uses::Uses::new(&declaration);
+        let (runs, _) = cull::cull(&declaration, &uses);
+        let edges = dependencies::dependencies(&uses, &runs);
+        let units = merge::merge(&declaration, &runs);
+        let touches = Touches::new(&declaration, &uses, &units).unwrap();
         let model = Model::new(touches, units.len(), &unit_edges(&declaration, &units, &edges));
         // The consumers add to one result, so they keep their order. What frees comes before what does nothing.
         assert_eq!(schedule(&model, Direction::Forward), [0, 5, 4, 1, 6, 2, 7, 3, 8]);

@@ -19,7 +19,7 @@ mod improve;
 mod list;
 mod model;
 
-use super::{dependencies::Edge, merge::Units};
+use super::{dependencies::Edge, merge::Units, uses::Uses};
 use crate::declaration::Declaration;
 use improve::Search;
 use list::Direction;
@@ -52,8 +52,8 @@ impl<'a> Orders<'a> {
     }
 
     /// An order in which less is in use at once than in the recorded one, where it is `peak` bytes.
-    pub(super) fn smaller(&self, recorded: &[u32], peak: u64) -> Option<Vec<u32>> {
-        let touches = Touches::new(self.declaration, self.units)?;
+    pub(super) fn smaller(&self, uses: &Uses, recorded: &[u32], peak: u64) -> Option<Vec<u32>> {
+        let touches = Touches::new(self.declaration, uses, self.units)?;
         if u64::try_from(touches.bound) == Ok(peak) {
             return None;
         }
@@ -132,7 +132,7 @@ mod tests {
         *,
     };
 
-    fn edge(from: usize, to: usize) -> Edge {
+    fn edge(from: u32, to: u32) -> Edge {
         Edge { from, to }
     }
 

@@ -1,7 +1,7 @@
 //! What ordering works on: units, the transient resources they touch, and what must come before what, as flat arrays.
 
-use super::super::{dependencies::Edge, merge::Units};
-use crate::declaration::{Declaration, Origin};
+use super::super::{dependencies::Edge, merge::Units, uses::Uses};
+use crate::declaration::Declaration;
 
 /// Bytes that come and go. [`Model::new`] sees to it that no sum overflows.
 pub(super) type Bytes = i64;
@@ -15,7 +15,7 @@ pub(super) struct Rows {
 
 impl Rows {
     /// Values by row; within a row, in the order of `pairs`.
-    pub(super) fn new(rows: usize, pairs: impl ExactSizeIterator<Item = (u32, u32)> + Clone) -> Self {
+    pub(super) fn new(rows: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
         // Counts, then a running sum: where each row begins. The second pass moves each start to its row's end, hence to the
         // next one's start, so all begin one place further on.
         let mut starts = vec![0_u32; rows + 2];
@@ -25,7 +25,7 @@ impl Rows {
         for row in 2..starts.len() {
             starts[row] += starts[row - 1];
         }
-        let mut values = vec![0; pairs.len()];
+        let mut values = vec![0; starts[rows + 1] as usize];
         for (row, value) in pairs {
             let at = &mut starts[row as usize + 1];
             values[*at as usize] = value;
@@ -40,6 +40,12 @@ impl Rows {
         &self.values[self.starts[row as usize] as usize..self.starts[row as usize + 1] as usize]
     }
 
+    /// All, by row.
+    fn pairs(&self) -> impl Iterator<Item = (u32, u32)> + Clone {
+        let rows = (0..).zip(self.starts.windows(2));
+        rows.flat_map(|(row, range)| self.values[range[0] as usize..range[1] as usize].iter().map(move |&value| (row, value)))
+    }
+
     /// All values.
     pub(super) fn len(&self) -> usize {
         self.values.len()
@@ -49,8 +55,8 @@ impl Rows {
 /// What units touch. Items are the transient resources that some unit touches.
 #[derive(Debug)]
 pub(super) struct Touches {
-    /// (unit, item), by unit.
-    pairs: Vec<(u32, u32)>,
+    /// Unit to items, each once.
+    items: Rows,
     /// Item to its bytes.
     bytes: Vec<Bytes>,
     /// Item to whether it lives to the end.
@@ -63,13 +69,13 @@ pub(super) struct Touches {
 
 impl Touches {
     /// What the passes that run touch; `None` if all bytes together are more than can be counted.
-    pub(super) fn new(declaration: &Declaration, units: &Units) -> Option<Self> {
+    pub(super) fn new(declaration: &Declaration, uses: &Uses, units: &Units) -> Option<Self> {
         const NONE: u32 = u32::MAX;
         // Per resource: its item, and the last unit that was seen to touch it.
         let mut item_of = vec![(NONE, NONE); declaration.resources.len()];
         let most = declaration.resources.len();
         let mut touches = Self {
-            pairs: Vec::with_capacity(4 * units.len()),
+            items: Rows { starts: Vec::with_capacity(units.len() + 1), values: Vec::with_capacity(3 * units.len()) },
             bytes: Vec::with_capacity(most),
             kept: Vec::with_capacity(most),
             uses: Vec::with_capacity(most),
@@ -78,15 +84,19 @@ impl Touches {
         let mut total: Bytes = 0;
         for unit in 0..units.len() {
             let mut touched = 0;
-            for access in units.unit(unit).iter().flat_map(|&pass| &declaration.passes[pass].accesses) {
-                let (item, seen) = &mut item_of[access.resource];
+            touches.items.starts.push(touches.items.len() as u32);
+            for used in uses.of_all(units.unit(unit)) {
+                if !used.transient {
+                    continue;
+                }
+                let (item, seen) = &mut item_of[used.resource as usize];
                 if *seen == unit as u32 {
                     continue;
                 }
                 *seen = unit as u32;
                 if *item == NONE {
-                    let resource = &declaration.resources[access.resource];
-                    if resource.origin != Origin::Transient || resource.bytes == 0 {
+                    let resource = &declaration.resources[used.resource as usize];
+                    if resource.bytes == 0 {
                         continue;
                     }
                     *item = touches.bytes.len() as u32;
@@ -99,10 +109,11 @@ impl Touches {
                 }
                 touched += touches.bytes[*item as usize];
                 touches.uses[*item as usize] += 1;
-                touches.pairs.push((unit as u32, *item));
+                touches.items.values.push(*item);
             }
             touches.bound = touches.bound.max(touched);
         }
+        touches.items.starts.push(touches.items.len() as u32);
         Some(touches)
     }
 }
@@ -129,13 +140,13 @@ pub(super) struct Model {
 
 impl Model {
     pub(super) fn new(touches: Touches, units: usize, edges: &[(u32, u32)]) -> Self {
-        let Touches { pairs, bytes, kept, uses, bound } = touches;
+        let Touches { items, bytes, kept, uses, bound } = touches;
         Self {
             units: units as u32,
             next: Rows::new(units, edges.iter().copied()),
             previous: Rows::new(units, edges.iter().map(|&(from, to)| (to, from))),
-            items: Rows::new(units, pairs.iter().copied()),
-            touching: Rows::new(bytes.len(), pairs.iter().map(|&(unit, item)| (item, unit))),
+            touching: Rows::new(bytes.len(), items.pairs().map(|(unit, item)| (item, unit))),
+            items,
             bytes,
             kept,
             uses,
@@ -155,7 +166,7 @@ pub(super) fn unit_edges(declaration: &Declaration, units: &Units, dependencies:
     }
     let mut edges: Vec<(u32, u32)> = Vec::with_capacity(dependencies.len());
     for edge in dependencies {
-        let pair = (unit_of[edge.from], unit_of[edge.to]);
+        let pair = (unit_of[edge.from as usize], unit_of[edge.to as usize]);
         // Dependencies between the same two passes stand together, so this drops nearly all repetitions.
         if pair.0 != NONE && pair.1 != NONE && pair.0 != pair.1 && edges.last() != Some(&pair) {
             edges.push(pair);

@@ -17,8 +17,14 @@
 //! Rejected: one arena with a barrier by hand, which wgpu has not; one arena per usage, since most buffers are first written
 //! and then read.
 
-use super::{super::merge::Units, ALIGN, Item, Lots, SlotKind, pack};
-use crate::declaration::{Access, Declaration, Origin, PassKind, ResourceDecl, ResourceKind};
+use super::{
+    super::{
+        merge::Units,
+        uses::{Use, Uses},
+    },
+    ALIGN, Item, Lots, SlotKind, pack,
+};
+use crate::declaration::{Declaration, PassKind, ResourceDecl, ResourceKind};
 
 /// No arena is larger (bytes): `max_buffer_size` of `WebGPU`'s default limits.
 pub(in super::super) const LARGEST_ARENA: u64 = 256 << 20;
@@ -28,7 +34,7 @@ const MOST_ARENAS: usize = 8;
 
 /// How a step uses a buffer; a buffer object has one such state in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Use {
+enum How {
     #[default]
     Read,
     /// In a shader.
@@ -37,11 +43,11 @@ enum Use {
     CopyTarget,
 }
 
-impl Use {
-    fn of(access: &Access) -> Self {
-        match access.writes() || access.exclusive {
+impl How {
+    fn of(used: &Use) -> Self {
+        match used.writes || used.exclusive {
             false => Self::Read,
-            true if access.usage & wgpu::BufferUsages::COPY_DST.bits() != 0 => Self::CopyTarget,
+            true if used.usage & wgpu::BufferUsages::COPY_DST.bits() != 0 => Self::CopyTarget,
             true => Self::Write,
         }
     }
@@ -58,7 +64,7 @@ pub(super) struct Colours {
 
 impl Colours {
     /// Of the buffers among `items`.
-    pub(super) fn new(uses: &Uses, items: &[Item], buffers: &[u32]) -> Self {
+    pub(super) fn new(uses: &BufferUses, items: &[Item], buffers: &[u32]) -> Self {
         // Unit to the arenas, as bits, that are used there in each of the three ways.
         let mut states = vec![[0_u8; 3]; uses.units];
         let mut colours = Self::default();
@@ -118,43 +124,43 @@ pub(super) fn pack(items: &[Item], members: &[u32], lots: &mut Lots) {
 
 /// Per transient buffer: the units that use it, and how. A unit is what runs as one step, whatever the order.
 #[derive(Debug)]
-pub(in super::super) struct Uses {
+pub(in super::super) struct BufferUses {
     units: usize,
     /// By resource: where its entries of `found` begin.
     starts: Vec<u32>,
-    found: Vec<(u32, Use)>,
+    found: Vec<(u32, How)>,
     /// By resource.
     by_closure: Vec<bool>,
 }
 
-impl Uses {
-    pub(in super::super) fn new(declaration: &Declaration, units: &Units) -> Self {
+impl BufferUses {
+    pub(in super::super) fn new(declaration: &Declaration, uses: &Uses, units: &Units) -> Self {
         const NONE: u32 = u32::MAX;
-        /// The last of `found` about it, for a resource that is no transient buffer.
+        /// The last of `found` about it, for a resource that is no buffer.
         const OTHER: u32 = u32::MAX - 1;
-        let is_buffer =
-            |resource: &ResourceDecl| resource.origin == Origin::Transient && matches!(resource.kind, ResourceKind::Buffer(_));
+        let is_buffer = |resource: &ResourceDecl| matches!(resource.kind, ResourceKind::Buffer(_));
         let resources = &declaration.resources;
         let mut last: Vec<u32> = resources.iter().map(|resource| if is_buffer(resource) { NONE } else { OTHER }).collect();
         let mut by_closure = vec![false; resources.len()];
-        let mut found: Vec<(u32, u32, Use)> = Vec::with_capacity(2 * resources.len());
+        let mut found: Vec<(u32, u32, How)> = Vec::with_capacity(2 * resources.len());
         let mut starts = vec![0_u32; resources.len() + 2];
         for unit in 0..units.len() as u32 {
-            for pass in units.unit(unit as usize).iter().map(|&pass| &declaration.passes[pass]) {
-                for access in &pass.accesses {
-                    let last = &mut last[access.resource];
+            for &pass in units.unit(unit as usize) {
+                let is_closure = declaration.passes[pass].kind == PassKind::Closure;
+                for used in uses.of(pass).iter().filter(|used| used.transient) {
+                    let last = &mut last[used.resource as usize];
                     if *last == OTHER {
                         continue;
                     }
-                    by_closure[access.resource] |= pass.kind == PassKind::Closure;
+                    by_closure[used.resource as usize] |= is_closure;
                     // Several uses by one unit: what it writes, it writes.
                     match found.get_mut(*last as usize).filter(|(_, before, _)| *before == unit) {
-                        Some((_, _, how)) if *how == Use::Read => *how = Use::of(access),
+                        Some((_, _, how)) if *how == How::Read => *how = How::of(used),
                         Some(_) => {}
                         None => {
                             *last = found.len() as u32;
-                            found.push((access.resource as u32, unit, Use::of(access)));
-                            starts[access.resource + 2] += 1;
+                            found.push((used.resource, unit, How::of(used)));
+                            starts[used.resource as usize + 2] += 1;
                         }
                     }
                 }
@@ -163,7 +169,7 @@ impl Uses {
         for at in 2..starts.len() {
             starts[at] += starts[at - 1];
         }
-        let mut by_resource = vec![(0, Use::Read); found.len()];
+        let mut by_resource = vec![(0, How::Read); found.len()];
         for (resource, unit, how) in found {
             let at = &mut starts[resource as usize + 1];
             by_resource[*at as usize] = (unit, how);
@@ -172,7 +178,7 @@ impl Uses {
         Self { units: units.len(), starts, found: by_resource, by_closure }
     }
 
-    fn of(&self, resource: usize) -> &[(u32, Use)] {
+    fn of(&self, resource: usize) -> &[(u32, How)] {
         &self.found[self.starts[resource] as usize..self.starts[resource + 1] as usize]
     }
 }

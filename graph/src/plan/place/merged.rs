@@ -22,7 +22,7 @@ pub(in super::super) struct Draft<'a> {
 
 impl<'a> Draft<'a> {
     /// Of items by time of first use.
-    pub(in super::super) fn new(declaration: &Declaration, uses: &arena::Uses, items: &'a [Item]) -> Self {
+    pub(in super::super) fn new(declaration: &Declaration, uses: &arena::BufferUses, items: &'a [Item]) -> Self {
         let (mut textures, mut buffers) = (Vec::with_capacity(items.len()), Vec::with_capacity(items.len()));
         for (index, item) in (0..).zip(items) {
             match declaration.resources[item.resource].kind {

@@ -21,7 +21,7 @@ use super::{
     timeline::Timeline,
 };
 use crate::declaration::{Declaration, ResourceKind};
-pub(super) use arena::Uses;
+pub(super) use arena::BufferUses;
 pub(super) use heap::heaps;
 pub(super) use merged::{Draft, least};
 pub(super) use pool::{alone, exact};
