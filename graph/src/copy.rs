@@ -94,10 +94,12 @@ impl<'f> Graph<'f> {
     /// Brings the buffer's bytes back to the CPU with the frame's output.
     #[track_caller]
     pub fn readback_buffer(&mut self, buffer: &Handle<Buffer>) -> Readback {
-        self.readback(&buffer.name, buffer.graph, buffer.index, wgpu::BufferUsages::COPY_SRC.bits())
+        let part = Subresources::ALL;
+        self.readback(&buffer.name, buffer.graph, buffer.index, part, wgpu::BufferUsages::COPY_SRC.bits())
     }
 
-    /// Brings the texture's first mip level, all layers, back to the CPU: rows tightly packed, row 0 on top.
+    /// Brings the texture's first mip level, all layers, back to the CPU: rows tightly packed, row 0 on top. Only that level need
+    /// have been written.
     #[track_caller]
     pub fn readback_texture(&mut self, texture: &Handle<Texture>) -> Readback {
         let desc = &texture.desc;
@@ -107,14 +109,15 @@ impl<'f> Graph<'f> {
             let (resource, desc) = (texture.name.to_string(), desc.to_string());
             self.errors.push(GraphError::Readback { at, resource, desc, message: message.to_owned() });
         }
-        self.readback(&texture.name, texture.graph, texture.index, wgpu::TextureUsages::COPY_SRC.bits())
+        let part = if desc.mip_level_count > 1 { Subresources::mip(0) } else { Subresources::ALL };
+        self.readback(&texture.name, texture.graph, texture.index, part, wgpu::TextureUsages::COPY_SRC.bits())
     }
 
     #[track_caller]
-    fn readback(&mut self, name: &str, graph: u64, resource: usize, usage: u32) -> Readback {
+    fn readback(&mut self, name: &str, graph: u64, resource: usize, part: Subresources, usage: u32) -> Readback {
         let readback = Readback { graph: self.id, index: self.readbacks };
         self.readbacks += 1;
-        let access = Access::new(resource, "readback", true, Write::No, usage);
+        let access = Access { part, ..Access::new(resource, "readback", true, Write::No, usage) };
         let work = Work::Readback { resource, index: readback.index };
         self.copy_pass(&format!("readback {name}"), vec![access], true, &[(graph, name)], work);
         readback

@@ -49,8 +49,8 @@ pub(super) enum Step {
     Copy { to: usize, from: usize },
     /// A copy of `words`, or of the whole texture, by a closure.
     Closure { to: usize, from: usize, words: u32 },
-    /// The contents at this moment, brought back.
-    Read { from: usize },
+    /// The contents of the first mip at this moment, brought back.
+    Read { from: Part },
 }
 
 impl Step {
@@ -64,7 +64,8 @@ impl Step {
                 let kept = to.into_iter().flatten().chain(whole(depth)).filter(|_| clear.is_none());
                 from.into_iter().chain(kept).chain(whole(beside)).chain(whole(vertices)).collect()
             }
-            Self::Copy { from, .. } | Self::Closure { from, .. } | Self::Read { from } => vec![Part::whole(from)],
+            Self::Copy { from, .. } | Self::Closure { from, .. } => vec![Part::whole(from)],
+            Self::Read { from } => vec![from],
             Self::Clear { .. } | Self::Arguments { .. } => Vec::new(),
         }
     }
@@ -156,8 +157,9 @@ impl Case {
             state.push(step);
         }
         let mut steps = state.steps.clone();
-        let seen = |node: usize| state.age(Part::whole(node)) > 0 && self.seen >> (node % 32) & 1 == 1;
-        steps.extend((0..nodes.len()).filter(|&node| seen(node)).map(|from| Step::Read { from }));
+        let firsts = nodes.iter().enumerate().map(|(node, Node { kind, .. })| Part::first_mip(node, *kind));
+        let seen = |part: &Part| state.age(*part) > 0 && self.seen >> (part.node % 32) & 1 == 1;
+        steps.extend(firsts.filter(seen).map(|from| Step::Read { from }));
         (steps, stale)
     }
 }
@@ -314,7 +316,10 @@ impl Raw {
                 let vertices = if self.part.is_multiple_of(4) { 0 } else { 3 };
                 Some(Step::Arguments { to, groups: u32::from(self.part) % 7, vertices, seed })
             }
-            _ => Some(Step::Read { from: state.source(self.from[0], &Part::is_whole)?.node }),
+            _ => {
+                let first = |part: Part| part == Part::first_mip(part.node, state.kind(part.node));
+                Some(Step::Read { from: state.source(self.from[0], &first)? })
+            }
         }
     }
 

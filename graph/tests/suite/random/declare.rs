@@ -222,7 +222,7 @@ fn declare(graph: &mut Graph<'_>, kernels: &mut Kernels, nodes: &[Node], handles
             closure(graph, source, goal, kind(from), words);
         }
         Step::Read { from } => {
-            return Some(match &handles[from] {
+            return Some(match &handles[from.node] {
                 Named::Buffer(handle) => graph.readback_buffer(handle),
                 Named::Texture(handle) => graph.readback_texture(handle),
             });

@@ -22,7 +22,7 @@ use case::{Case, FRAMES, Step};
 use kernels::Kernels;
 use lightloom_graph::{Executor, Graph, PassOrder, PlanOptions, Sharing};
 use model::Model;
-use node::Node;
+use node::{Node, Part};
 use proptest::{
     prelude::ProptestConfig,
     test_runner::{RngSeed, TestCaseError, TestError, TestRunner},
@@ -73,7 +73,7 @@ fn settled(steps: &[Step]) -> Vec<Step> {
             updated.extend(beside);
         }
         if !matches!(steps.get(index + 1), Some(Step::Draw { .. })) {
-            settled.extend(updated.drain(..).map(|from| Step::Read { from }));
+            settled.extend(updated.drain(..).map(|from| Step::Read { from: Part::whole(from) }));
         }
     }
     settled

@@ -125,7 +125,7 @@ impl Model {
                 let copied = self.words[from][..words].to_vec();
                 self.words[to][..words].copy_from_slice(&copied);
             }
-            Step::Read { from } => return Some(self.words[from][..self.nodes[from].kind.first_mip()].to_vec()),
+            Step::Read { from } => return Some(self.words[from.node][..self.nodes[from.node].kind.first_mip()].to_vec()),
         }
         None
     }

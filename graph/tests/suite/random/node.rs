@@ -154,6 +154,11 @@ impl Part {
         Self { node, mip: None, layer: None }
     }
 
+    /// What is brought back of a node: its first mip, all layers.
+    pub(super) fn first_mip(node: usize, kind: Kind) -> Self {
+        Self { mip: (kind.counts()[0] > 1).then_some(0), ..Self::whole(node) }
+    }
+
     pub(super) fn is_whole(self) -> bool {
         self.mip.is_none() && self.layer.is_none()
     }
