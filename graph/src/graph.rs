@@ -378,7 +378,7 @@ pub(crate) fn unique(taken: &mut Names, name: Arc<str>) -> Arc<str> {
 }
 
 /// Passes and resources there is room for at once: graphs are made anew every frame, and most have about as many.
-const USUAL: usize = 96;
+const USUAL: usize = 128;
 
 /// Uniform offsets are multiples of this (bytes), the largest any device asks for.
 const UNIFORM_ALIGN: usize = 256;

@@ -10,25 +10,24 @@ use crate::{
 pub(super) fn compare(layout: &StructLayout, element: &Element, binding: &Binding, at: PassRef<'_>) -> Result<(), GraphError> {
     let (wgsl_struct, difference) = match element {
         // No Rust struct can describe a runtime-sized tail; such a buffer is declared in bytes or words.
-        Element::Tail(name) => (
-            name.clone(),
-            Some("the WGSL struct ends in a runtime-sized array; describe the buffer with BufferDesc::bytes".to_owned()),
-        ),
-        Element::Plain(name) => (
-            name.clone(),
-            Some(format!(
-                "the WGSL elements are `{name}`, no struct; describe the buffer with BufferDesc::words, or change the WGSL"
-            )),
-        ),
-        Element::Struct(shape) => (shape.name.clone(), difference(layout, shape)),
+        Element::Tail(name) => {
+            (name, "the WGSL struct ends in a runtime-sized array; describe the buffer with BufferDesc::bytes".to_owned())
+        }
+        Element::Plain(name) => {
+            let mend = "describe the buffer with BufferDesc::words, or change the WGSL";
+            (name, format!("the WGSL elements are `{name}`, no struct; {mend}"))
+        }
+        Element::Struct(shape) => match difference(layout, shape) {
+            Some(difference) => (&shape.name, difference),
+            None => return Ok(()),
+        },
     };
-    let Some(difference) = difference else { return Ok(()) };
     Err(GraphError::Layout {
         at: at.place(),
         binding: binding.name.to_string(),
         shader: binding.place.clone(),
         rust_struct: layout.name.to_owned(),
-        wgsl_struct,
+        wgsl_struct: wgsl_struct.clone(),
         difference,
     })
 }

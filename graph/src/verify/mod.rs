@@ -209,7 +209,11 @@ pub(crate) fn bindings(
         }
     }
     conflicts(graph, &accesses, at, &mut errors);
-    if errors.is_empty() { Ok((bound.into_iter().flatten().collect(), accesses)) } else { Err(errors) }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    // All are there; unlike `flatten`, this collects in place.
+    Ok((bound.into_iter().map_while(|bound| bound).collect(), accesses))
 }
 
 fn unknown(core: &ShaderCore, binding: &str, at: PassRef<'_>) -> GraphError {
