@@ -15,7 +15,9 @@ use std::ops::Range;
 /// Cells of all resources, numbered through.
 #[derive(Debug)]
 pub(crate) struct Cells {
-    /// Per resource its first cell; at the end, the number of cells.
+    /// How many there are.
+    count: usize,
+    /// Per resource its first cell, and `count` at the end; empty where each resource is one cell.
     first: Vec<u32>,
     /// Cuts of the resources that have any, by resource.
     cuts: Vec<(usize, Cuts)>,
@@ -62,16 +64,24 @@ impl Cells {
             };
         }
         first.push(next);
-        Self { first, cuts }
+        Self { count: next as usize, first, cuts }
+    }
+
+    /// One for each of so many resources.
+    pub(crate) fn uncut(resources: usize) -> Self {
+        Self { count: resources, first: Vec::new(), cuts: Vec::new() }
     }
 
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
-        self.first.last().map_or(0, |&count| count as usize)
+        self.count
     }
 
     /// The cells of a whole resource.
     pub(crate) fn of_resource(&self, resource: usize) -> Range<usize> {
+        if self.first.is_empty() {
+            return resource..resource + 1;
+        }
         self.first[resource] as usize..self.first[resource + 1] as usize
     }
 

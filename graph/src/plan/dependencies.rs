@@ -57,7 +57,7 @@ mod tests {
         let declaration = Declaration::from_frame_json(frame).unwrap();
         let runs = vec![true; declaration.passes.len()];
         let mut edges: Vec<(u32, u32)> =
-            dependencies(&Uses::new(&declaration), &runs).iter().map(|edge| (edge.from, edge.to)).collect();
+            dependencies(&Uses::new(&declaration).unwrap(), &runs).iter().map(|edge| (edge.from, edge.to)).collect();
         edges.sort_unstable();
         edges.dedup();
         edges

@@ -168,8 +168,8 @@ pub fn plan_with_needs(
     options: &PlanOptions,
     needs: &dyn Fn(usize, u32) -> Need,
 ) -> Result<Plan, GraphError> {
-    validate::indices(declaration)?;
-    let uses = Uses::new(declaration);
+    validate::names(declaration)?;
+    let uses = Uses::new(declaration)?;
     validate::contents(declaration, &uses)?;
     let (live, culled) = cull::cull(declaration, &uses);
     let edges = dependencies::dependencies(&uses, &live);

@@ -1,7 +1,10 @@
 //! The accesses of a frame, made small: what every phase goes over, some of them several times.
 
-use super::cells::Cells;
-use crate::declaration::{Access, Declaration, Origin, Write};
+use super::{cells::Cells, validate};
+use crate::{
+    declaration::{Access, Declaration, Origin, ResourceDecl, Write},
+    error::GraphError,
+};
 use std::ops::Range;
 
 /// What planning needs to know of an access, or of one row of its cells where it has several.
@@ -28,6 +31,24 @@ pub(super) struct Use {
 }
 
 impl Use {
+    /// The access at a position among those of its pass, where a resource is one cell.
+    fn new(access: &Access, at: u32, resource: &ResourceDecl) -> Self {
+        let (reads, writes) = (access.read, access.writes());
+        Self {
+            resource: access.resource as u32,
+            access: at,
+            usage: access.usage,
+            first_cell: access.resource as u32,
+            end_cell: access.resource as u32 + 1,
+            reads,
+            writes,
+            sees: reads || access.write != Write::Overwrite,
+            exclusive: access.exclusive,
+            transient: resource.origin == Origin::Transient,
+            wanted: writes && (resource.keep || resource.origin.outlives_frame()),
+        }
+    }
+
     pub(super) fn cells(&self) -> Range<usize> {
         self.first_cell as usize..self.end_cell as usize
     }
@@ -53,34 +74,45 @@ pub(super) struct Uses {
 }
 
 impl Uses {
-    /// Of a declaration whose indices are sound.
-    pub(super) fn new(declaration: &Declaration) -> Self {
-        let cells = Cells::new(declaration);
+    /// Of a declaration.
+    ///
+    /// # Errors
+    /// If an access does not fit ([`validate::access`]).
+    pub(super) fn new(declaration: &Declaration) -> Result<Self, GraphError> {
+        let mut errors = Vec::new();
+        let mut in_parts = false;
         let mut starts = Vec::with_capacity(declaration.passes.len() + 1);
         let mut all = Vec::with_capacity(3 * declaration.passes.len());
         for pass in &declaration.passes {
             starts.push(all.len() as u32);
             for (at, access) in (0..).zip(&pass.accesses) {
-                let resource = &declaration.resources[access.resource];
-                let (reads, writes) = (access.read, access.writes());
-                let row = |cells: Range<usize>| Use {
-                    resource: access.resource as u32,
-                    access: at,
-                    usage: access.usage,
-                    first_cell: cells.start as u32,
-                    end_cell: cells.end as u32,
-                    reads,
-                    writes,
-                    sees: reads || access.write != Write::Overwrite,
-                    exclusive: access.exclusive,
-                    transient: resource.origin == Origin::Transient,
-                    wanted: writes && (resource.keep || resource.origin.outlives_frame()),
-                };
-                if access.part.is_all() {
-                    all.push(row(cells.of_resource(access.resource)));
-                } else {
-                    all.extend(cells.of(access).map(row));
+                if let Err(error) = validate::access(declaration, pass, access) {
+                    errors.push(error);
+                    continue;
                 }
+                in_parts |= !access.part.is_all();
+                all.push(Use::new(access, at, &declaration.resources[access.resource]));
+            }
+        }
+        starts.push(all.len() as u32);
+        let whole = Self { cells: Cells::uncut(declaration.resources.len()), starts, all };
+        match GraphError::collect(errors) {
+            Some(error) => Err(error),
+            None if in_parts => Ok(whole.cut(declaration)),
+            None => Ok(whole),
+        }
+    }
+
+    /// The same, by the cells of resources that are used in parts.
+    fn cut(self, declaration: &Declaration) -> Self {
+        let cells = Cells::new(declaration);
+        let mut starts = Vec::with_capacity(self.starts.len());
+        let mut all = Vec::with_capacity(2 * self.all.len());
+        for pass in 0..declaration.passes.len() {
+            starts.push(all.len() as u32);
+            for used in self.of(pass) {
+                let row = |row: Range<usize>| Use { first_cell: row.start as u32, end_cell: row.end as u32, ..*used };
+                all.extend(cells.of(used.of(declaration, pass)).map(row));
             }
         }
         starts.push(all.len() as u32);

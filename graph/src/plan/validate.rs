@@ -6,40 +6,40 @@ use super::{
 };
 use crate::{
     Subresources,
-    declaration::{Declaration, Origin},
+    declaration::{Access, Declaration, Origin, PassDecl},
     error::{GraphError, PassRef},
     hash::Folded,
 };
 use std::hash::Hasher;
 
-/// Names, indices and parts that do not fit, and writes to a previous frame.
-pub(super) fn indices(declaration: &Declaration) -> Result<(), GraphError> {
+/// Names that occur twice.
+pub(super) fn names(declaration: &Declaration) -> Result<(), GraphError> {
     let mut errors = Vec::new();
     let (resources, passes) = (&declaration.resources, &declaration.passes);
     unique("resource", declaration, resources.len(), |at| &resources[at].name, &mut errors);
     unique("pass", declaration, passes.len(), |at| &passes[at].name, &mut errors);
-    for pass in &declaration.passes {
-        for access in &pass.accesses {
-            if access.resource >= resources.len() {
-                errors.push(GraphError::UnknownResource {
-                    frame: declaration.name.clone(),
-                    pass: pass.name.to_string(),
-                    verb: if access.writes() { "writes" } else { "reads" },
-                    resource: format!("#{}", access.resource),
-                    hint: String::new(),
-                });
-                continue;
-            }
-            if !access.part.is_all() {
-                errors.extend(part_error(declaration, access.resource, access.part, pass.at()));
-            }
-            let resource = &resources[access.resource];
-            if access.writes() && resource.origin == Origin::Previous {
-                errors.push(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.to_string() });
-            }
-        }
-    }
     GraphError::collect(errors).map_or(Ok(()), Err)
+}
+
+/// An access whose index or part does not fit, or that writes to a previous frame.
+#[inline]
+pub(super) fn access(declaration: &Declaration, pass: &PassDecl, access: &Access) -> Result<(), GraphError> {
+    let Some(resource) = declaration.resources.get(access.resource) else {
+        return Err(GraphError::UnknownResource {
+            frame: declaration.name.clone(),
+            pass: pass.name.to_string(),
+            verb: if access.writes() { "writes" } else { "reads" },
+            resource: format!("#{}", access.resource),
+            hint: String::new(),
+        });
+    };
+    if access.writes() && resource.origin == Origin::Previous {
+        return Err(GraphError::WritesPrevious { at: pass.place(), resource: resource.name.to_string() });
+    }
+    if access.part.is_all() {
+        return Ok(());
+    }
+    part_error(declaration, access.resource, access.part, pass.at()).map_or(Ok(()), Err)
 }
 
 /// If the resource has no such mips or layers.

@@ -113,7 +113,7 @@ mod tests {
         let (resources, passes) = (resources.join(","), first.join(","));
         let frame = format!(r#"{{"frame": "f", "resources": [{resources}], "passes": [{passes}]}}"#);
         let declaration = Declaration::from_frame_json(&frame).unwrap();
-        let uses = uses::Uses::new(&declaration);
+        let uses = uses::Uses::new(&declaration).unwrap();
         let (runs, _) = cull::cull(&declaration, &uses);
         let edges = dependencies::dependencies(&uses, &runs);
         let units = merge::merge(&declaration, &runs);

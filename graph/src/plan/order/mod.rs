@@ -27,9 +27,8 @@ use model::{Model, Rows, Touches};
 use petgraph::graphmap::DiGraphMap;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// What local moves may cost, as touches of resources: this many times those of the frame, and so many in a small frame.
+/// What local moves may cost, as touches of resources: this many times those of the frame.
 const EFFORT: usize = 16;
-const LEAST_EFFORT: usize = 4096;
 /// Before list scheduling is asked, local moves may cost one part in so many of that.
 const FIRST: usize = 4;
 
@@ -96,7 +95,7 @@ fn on_a_cycle(edges: &[(u32, u32)]) -> u32 {
 /// The order of the smallest peak that was found, if that is smaller than the recorded one's.
 fn smaller(model: &Model, recorded: &[u32]) -> Option<Vec<u32>> {
     let bound = model.bound;
-    let effort = (EFFORT * (model.items.len() + model.units as usize)).max(LEAST_EFFORT);
+    let effort = EFFORT * (model.items.len() + model.units as usize);
     let mut local = Search::new(model, recorded.to_vec());
     let before = local.peak;
     let lower = |search: Search<'_>| (search.peak < before).then_some(search.sequence);
