@@ -13,6 +13,7 @@ mod lights;
 mod plane;
 mod references;
 mod rsm;
+mod samplers;
 mod shaders;
 mod sharing;
 mod store;
