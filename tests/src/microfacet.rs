@@ -69,3 +69,63 @@ impl Reflection {
         (1.0 - self.metallic) * dielectric + self.metallic * metal
     }
 }
+
+/// A rough interface between two media, as [Walter07] writes it. Radiance that comes from ω_i leaves to ω_o.
+#[derive(Clone, Copy, Debug)]
+pub struct Interface {
+    /// α of GGX.
+    pub alpha: f64,
+    /// Index of refraction above, where z > 0.
+    pub above: f64,
+    /// Index of refraction below.
+    pub below: f64,
+    /// Two faces at once: nothing is bent, `below` is the index inside.
+    pub thin: bool,
+}
+
+/// Fresnel reflectance [Walter07, Eq. 22] under the cosine `c` towards a medium of relative index `n`.
+pub fn fresnel(c: f64, n: f64) -> f64 {
+    let g2 = n * n - 1.0 + c * c;
+    if g2 <= 0.0 {
+        return 1.0;
+    }
+    let g = g2.sqrt();
+    0.5 * ((g - c) / (g + c)).powi(2) * (1.0 + ((c * (g + c) - 1.0) / (c * (g - c) + 1.0)).powi(2))
+}
+
+impl Interface {
+    /// Reflectance of a facet, in light from above if `from_above`.
+    pub fn reflectance(&self, cos: f64, from_above: bool) -> f64 {
+        let ratio = self.below / self.above;
+        let single = fresnel(cos, if from_above || self.thin { ratio } else { 1.0 / ratio });
+        // R + T R T + T R³ T + …
+        if self.thin { single + (1.0 - single).powi(2) * single / (1.0 - single * single) } else { single }
+    }
+
+    /// f (sr⁻¹); both directions may lie on either side.
+    pub fn f(&self, wi: DVec3, wo: DVec3) -> f64 {
+        let index = |w: DVec3| if w.z > 0.0 { self.above } else { self.below };
+        let transmits = wi.z * wo.z < 0.0;
+        let upwards = |m: DVec3| if m.z < 0.0 { -m } else { m };
+        let cosines = (wi.z * wo.z).abs();
+        let lambda = |w: DVec3| smith_lambda(self.alpha, w);
+        if !transmits || self.thin {
+            let mirrored = if transmits { DVec3::new(wi.x, wi.y, -wi.z) } else { wi };
+            let m = upwards((mirrored + wo).normalize());
+            let g = 1.0 / (1.0 + lambda(wi) + lambda(wo));
+            let reflectance = self.reflectance(wo.dot(m).abs(), wo.z > 0.0);
+            let share = if transmits { 1.0 - reflectance } else { reflectance };
+            return share * g * ggx(self.alpha, m) / (4.0 * cosines);
+        }
+        let [n_i, n_o] = [index(wi), index(wo)];
+        let m = upwards(-(n_i * wi + n_o * wo).normalize());
+        let [dot_i, dot_o] = [wi.dot(m), wo.dot(m)];
+        // χ⁺ of Eq. 34: facets that show each direction their right side.
+        if dot_i * wi.z <= 0.0 || dot_o * wo.z <= 0.0 {
+            return 0.0;
+        }
+        let g = 1.0 / ((1.0 + lambda(wi)) * (1.0 + lambda(wo)));
+        let passed = 1.0 - self.reflectance(dot_i.abs(), wi.z > 0.0);
+        (dot_i * dot_o).abs() / cosines * n_o * n_o * passed * g * ggx(self.alpha, m) / (n_i * dot_i + n_o * dot_o).powi(2)
+    }
+}

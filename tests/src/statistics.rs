@@ -17,10 +17,7 @@ pub struct ChiSquare {
 const LEAST_EXPECTED: f64 = 5.0;
 
 impl ChiSquare {
-    /// Of pairs (observed, expected), whose sums are the same number of draws.
-    ///
-    /// # Panics
-    /// If fewer than two cells have a count to expect.
+    /// Of pairs (observed, expected), whose sums are the same number of draws. Where all are expected in one cell, p is 1.
     pub fn of(cells: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (mut value, mut freedom) = (0.0, -1.0);
         let mut rare = (0.0, 0.0);
@@ -39,8 +36,8 @@ impl ChiSquare {
         if rare.1 >= LEAST_EXPECTED || rare.0 > rare.1 + 4.0 * LEAST_EXPECTED {
             add(rare.0, rare.1.max(1.0));
         }
-        assert!(freedom >= 1.0, "at least two cells");
-        Self { value, freedom, p: upper_gamma(0.5 * freedom, 0.5 * value) }
+        let p = if freedom < 1.0 { 1.0 } else { upper_gamma(0.5 * freedom, 0.5 * value) };
+        Self { value, freedom, p }
     }
 
     /// Asserts that the counts are as probable as right ones are in one of `tests` tests, all of which pass with

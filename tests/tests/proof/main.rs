@@ -8,6 +8,7 @@ mod culling;
 mod determinism;
 mod discs;
 mod equality;
+mod frosted;
 mod ledger;
 mod lights;
 mod plane;

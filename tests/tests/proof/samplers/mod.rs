@@ -6,6 +6,7 @@
 //! f·cos, which closes the ring: density right, f right, weight right.
 
 mod brdf;
+mod dielectric;
 mod emission;
 
 
