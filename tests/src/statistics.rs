@@ -36,6 +36,11 @@ impl ChiSquare {
         if rare.1 >= LEAST_EXPECTED || rare.0 > rare.1 + 4.0 * LEAST_EXPECTED {
             add(rare.0, rare.1.max(1.0));
         }
+        Self::new(value, freedom)
+    }
+
+    /// Of a sum of squares of that many independent unit normals.
+    pub fn new(value: f64, freedom: f64) -> Self {
         let p = if freedom < 1.0 { 1.0 } else { upper_gamma(0.5 * freedom, 0.5 * value) };
         Self { value, freedom, p }
     }

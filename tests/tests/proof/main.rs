@@ -13,6 +13,8 @@ mod ledger;
 mod lights;
 mod plane;
 mod references;
+mod refraction;
+mod roulette;
 mod rsm;
 mod samplers;
 mod shaders;
