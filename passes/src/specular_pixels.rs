@@ -1,7 +1,8 @@
-//! Pixels whose first surface is a mirror or a smooth dielectric.
+//! Pixels whose first surface is a mirror or transmits light.
 //!
-//! Light leaves such a surface in single directions and no photon density helps there (as Mara et al. 2013 say
-//! of all their methods): each such pixel follows a few paths per frame instead. Other pixels keep what the strategy gathered.
+//! Light leaves mirrors and smooth dielectrics in single directions and no photon density helps there (as Mara et al. 2013 say
+//! of all their methods); rough dielectrics scatter light of both sides, of which a G-buffer knows one. Each such pixel follows a few
+//! paths per frame instead. Other pixels keep what the strategy gathered.
 
 use crate::scene::{SceneHandles, SceneInfo};
 use crate::scene_shader::SceneShader;

@@ -52,11 +52,7 @@ fn direct(@builtin(global_invocation_id) pixel: vec3u) {
 
 fn one_lamp(at: Surface, to_eye: vec3f, light: Light) -> vec3f {
     let incident = punctual_incident(light, at.position);
-    let cosine = dot(at.brdf.normal, incident.direction);
-    if cosine <= 0.0 || dot(at.normal_geometric, incident.direction) <= 0.0 {
-        return vec3f(0.0);
-    }
-    let value = brdf_eval(at.brdf, incident.direction, to_eye) * incident.irradiance * cosine;
+    let value = surface_response(at, incident.direction, to_eye, true).value * incident.irradiance;
     if max_component(value) <= 0.0
         || !unoccluded(surface_exit(at, incident.direction), incident.direction, incident.distance * 0.9999) {
         return vec3f(0.0);

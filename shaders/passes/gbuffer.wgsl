@@ -35,6 +35,6 @@ fn gbuffer(@builtin(global_invocation_id) pixel: vec3u) {
     let found = surface_at(Hit(0.0, seen.x - 1u, bitcast<vec2f>(seen.yz)), direction);
     let depth = distance(found.position, camera_position(params.camera));
     textureStore(position, pixel.xy, vec4f(found.position, depth));
-    textureStore(surface, pixel.xy, surface_encode(found.brdf, found.normal_geometric, surface_opacity(found) < 1.0));
+    textureStore(surface, pixel.xy, surface_encode(found.brdf, found.normal_geometric, !surface_gatherable(found)));
     textureStore(emission, pixel.xy, vec4f(found.emission, 1.0));
 }

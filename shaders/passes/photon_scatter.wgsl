@@ -1,5 +1,5 @@
 // One bounce of a batch: each photon that hit something leaves a record there, if it was scattered before (light that arrives
-// straight from a light is direct light) and the surface is not specular, and is then absorbed or scattered. One thread per path.
+// straight from a light is direct light) and the surface is not wholly specular, and is then absorbed or scattered. One thread per path.
 //
 // Russian roulette keeps the largest channel of the flux [Jen01]: q = max(ρΦ) / max(Φ), Φ_r = ρΦ / q.
 #import "shared/deposit_cull.wgsl"
@@ -80,8 +80,8 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
     if specular_so_far {
         beam = differential_transfer(beam, direction, found.t / params.bounds_radius, surface.normal_geometric);
     }
-    let specular = surface_opacity(surface) == 0.0;
-    if !specular && bounce > 0u {
+    let opacity = surface_opacity(surface);
+    if opacity > 0.0 && bounce > 0u {
         if deposit_can_be_seen(params.cull, surface.position, surface.normal_geometric) {
             var footprint = 0.0;
             if specular_so_far {
@@ -94,7 +94,7 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
         }
     }
     // No short-circuits: Mesa's lavapipe 22 may compile a shader anew at every dispatch if a branch hangs on uniforms alone.
-    if (bounce == params.max_bounces) | ((params.caustics_only != 0u) & (bounce == 0u) & !specular) {
+    if (bounce == params.max_bounces) | ((params.caustics_only != 0u) & (bounce == 0u) & (opacity == 1.0)) {
         ledger_add(TERMINATED, remaining);
         return false;
     }
@@ -111,7 +111,9 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
         weight *= min(swap, 8.0);
     }
     let scattered_flux = path.flux * weight;
-    let survival = min(1.0, max_component(scattered_flux) / max(max_component(path.flux), 1.0e-37));
+    var survival = min(1.0, max_component(scattered_flux) / max(max_component(path.flux), 1.0e-37));
+    // A surface may be specular in part.
+    survival = select(survival, 0.0, (params.caustics_only != 0u) & (bounce == 0u) & !scattered.specular);
     if rng_next4(&rng).x >= survival {
         ledger_add(TERMINATED, remaining);
         return false;

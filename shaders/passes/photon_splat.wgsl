@@ -1,7 +1,7 @@
 // Connects photons to the eye: light tracing for what no path from the eye can sample, light of points and directions
 // that first met a mirror or a refractor. A photon of flux Φ at x adds to the pixel that shows x
 //
-//   Φ f(ω_P, ω_eye) (ω_P·n_s / ω_P·n_g) cos θ_x / (d² cos³ θ_film A_pixel)
+//   Φ f(ω_P, ω_eye) |ω_P·n_s / ω_P·n_g| cos θ_x / (d² cos³ θ_film A_pixel)
 //
 // with A_pixel the pixel's area on the film at distance 1: the box filter of the picture, exactly.
 #import "shared/camera.wgsl"
@@ -60,19 +60,19 @@ fn photon_splat(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_wo
     if hit.index == NO_HIT || hit.t < distance * 0.999 {
         return;
     }
-    // The ray brings the material; the photon must have come to the side the eye sees.
+    // The ray brings the material. The normal in the record is on the photon's side, the eye's side or, through a rough dielectric, the
+    // other one; a record of another surface is told by it.
     let surface = surface_at(hit, direction);
     let incident = -octahedral_decode(photon.direction);
     let cos_incident = dot(incident, surface.normal_geometric);
-    let same_side = dot(octahedral_decode(photon.normal), surface.normal_geometric) > 0.5;
-    if surface_opacity(surface) == 0.0 || !same_side || cos_incident <= 0.0 {
+    if dot(octahedral_decode(photon.normal), surface.normal_geometric) * sign(cos_incident) <= 0.5 {
         return;
     }
     let cos_film = -view.z / distance;
     let pixel_area = 4.0 * params.camera.tan_half.x * params.camera.tan_half.y / (f32(params.camera.size.x) * f32(params.camera.size.y));
     let geometry = dot(-direction, surface.normal_geometric) / (distance * distance * cos_film * cos_film * cos_film * pixel_area);
-    let correction = max(dot(incident, surface.brdf.normal), 0.0) / max(cos_incident, 1.0e-4);
-    let value = flux_decode(photon.flux) * brdf_eval(surface.brdf, incident, -direction) * (surface_opacity(surface) * correction * geometry);
+    let scattered = surface_response(surface, incident, -direction, true).value / max(abs(cos_incident), 1.0e-4);
+    let value = flux_decode(photon.flux) * scattered * geometry;
 
     var rng = rng_new(params.seed, 0x53504c54u, index);
     let dither = rng_next4(&rng).xyz;

@@ -1,4 +1,4 @@
-// Pixels whose first surface is a mirror or a smooth dielectric: no density can be estimated there, so that each follows
+// Pixels whose first surface is a mirror or transmits light: no density is estimated there, so that each follows
 // a few paths per frame (shared/path.wgsl), one per dispatch: each adds its share to what the ones before brought. Other pixels pass through.
 #import "shared/camera.wgsl"
 #import "shared/gbuffer.wgsl"

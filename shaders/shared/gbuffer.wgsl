@@ -4,7 +4,7 @@
 #import "shared/brdf.wgsl"
 
 const SURFACE_VALID: u32 = 0x10000u;
-// The first surface is a mirror or a smooth dielectric.
+// The first surface is a mirror or transmits light.
 const SURFACE_SPECULAR: u32 = 0x20000u;
 const SURFACE_LAMBERT: u32 = 0x40000u;
 
@@ -17,7 +17,7 @@ struct VisiblePoint {
     brdf: Brdf,
     // Unit, towards the eye.
     to_eye: vec3f,
-    // A surface is there, and light can be gathered at it: it is not specular.
+    // A surface is there, and light can be gathered at it: it is neither a mirror nor does it transmit.
     gatherable: bool,
     valid: bool,
 }

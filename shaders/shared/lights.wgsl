@@ -77,7 +77,7 @@ fn punctual_probability(info: LightInfo) -> f32 {
     return lights[info.punctual_count - 1u].cdf;
 }
 
-// Light reflected towards `wo` from lamps and the sun, one shadow ray: a lamp is drawn in proportion to what it would
+// Light scattered towards `wo` from lamps and the sun, one shadow ray: a lamp is drawn in proportion to what it would
 // send without shadow; among more than MAX_CANDIDATES, from candidates drawn by power (resampling [Talbot05]).
 fn punctual_light(surface: Surface, wo: vec3f, info: LightInfo, rng: ptr<function, Rng>) -> vec3f {
     if info.punctual_count == 0u {
@@ -100,11 +100,7 @@ fn punctual_light(surface: Surface, wo: vec3f, info: LightInfo, rng: ptr<functio
             inverse_probability = mass / (lights[index].probability * f32(count));
         }
         let incident = punctual_incident(lights[index], surface.position);
-        let cosine = max(dot(surface.brdf.normal, incident.direction), 0.0);
-        var value = vec3f(0.0);
-        if dot(surface.normal_geometric, incident.direction) > 0.0 {
-            value = brdf_eval(surface.brdf, incident.direction, wo) * incident.irradiance * cosine;
-        }
+        let value = surface_response(surface, incident.direction, wo, true).value * incident.irradiance;
         let target_weight = mean_component(value);
         let weight = target_weight * inverse_probability;
         total += weight;
@@ -125,11 +121,12 @@ fn punctual_light(surface: Surface, wo: vec3f, info: LightInfo, rng: ptr<functio
 }
 
 struct EmissiveSample {
-    // Reflected light before any weight of multiple importance sampling.
+    // Scattered light before any weight of multiple importance sampling.
     value: vec3f,
     // Density of the direction (sr⁻¹); 0 when nothing was sampled.
     pdf: f32,
-    direction: vec3f,
+    // Density (sr⁻¹) with which `scatter` draws the direction.
+    scatter_pdf: f32,
 }
 
 // Density per solid angle (sr⁻¹) with which `emissive_light` draws the direction that met `light` at `distance`.
@@ -144,10 +141,10 @@ fn environment_light_pdf(direction: vec3f, info: LightInfo) -> f32 {
     return selection * environment_pdf(direction);
 }
 
-// Light reflected towards `wo` from one point of one emissive triangle, drawn by power and area, or from one direction of
+// Light scattered towards `wo` from one point of one emissive triangle, drawn by power and area, or from one direction of
 // the environment.
 fn emissive_light(surface: Surface, wo: vec3f, info: LightInfo, u: vec4f) -> EmissiveSample {
-    let none = EmissiveSample(vec3f(0.0), 0.0, vec3f(0.0));
+    let none = EmissiveSample(vec3f(0.0), 0.0, 0.0);
     if info.light_count == info.punctual_count {
         return none;
     }
@@ -156,38 +153,35 @@ fn emissive_light(surface: Surface, wo: vec3f, info: LightInfo, u: vec4f) -> Emi
     let light = lights[index];
     if SCENE_ENVIRONMENT && light.kind == LIGHT_ENVIRONMENT {
         let drawn = sample_environment(u.xy);
-        let cosine = dot(surface.brdf.normal, drawn.direction);
-        if cosine <= 0.0 || dot(surface.normal_geometric, drawn.direction) <= 0.0 {
-            return none;
-        }
         let pdf = drawn.pdf * light.probability / max(1.0 - mass, 1.0e-20);
-        let value = brdf_eval(surface.brdf, drawn.direction, wo) * drawn.radiance * (cosine / pdf);
+        let response = surface_response(surface, drawn.direction, wo, true);
+        let value = response.value * drawn.radiance / pdf;
         if max_component(value) <= 0.0 {
             return none;
         }
         let seen = unoccluded(surface_exit(surface, drawn.direction), drawn.direction, INFINITY);
-        return EmissiveSample(select(vec3f(0.0), value, seen), pdf, drawn.direction);
+        return EmissiveSample(select(vec3f(0.0), value, seen), pdf, response.pdf);
     }
     let bary = sample_triangle(u.xy);
     let to_light = light.position + light.edge1 * bary.x + light.edge2 * bary.y - surface.position;
     let distance2 = max(dot(to_light, to_light), 1.0e-12);
     let distance = sqrt(distance2);
     let direction = to_light / distance;
-    let cosine = dot(surface.brdf.normal, direction);
     let facing = -dot(light.direction, direction);
     let cos_light = select(facing, abs(facing), light.two_sided != 0u);
-    if cosine <= 0.0 || cos_light <= 0.0 || dot(surface.normal_geometric, direction) <= 0.0 {
+    if cos_light <= 0.0 {
         return none;
     }
     let pdf = emissive_pdf(light, info, distance, cos_light);
-    let value = brdf_eval(surface.brdf, direction, wo) * light_radiance(light, bary) * (cosine / pdf);
+    let response = surface_response(surface, direction, wo, true);
+    let value = response.value * light_radiance(light, bary) / pdf;
     if max_component(value) <= 0.0 {
         return none;
     }
     if !unoccluded(surface_exit(surface, direction), direction, distance * 0.9999) {
-        return EmissiveSample(vec3f(0.0), pdf, direction);
+        return EmissiveSample(vec3f(0.0), pdf, response.pdf);
     }
-    return EmissiveSample(value, pdf, direction);
+    return EmissiveSample(value, pdf, response.pdf);
 }
 
 // Barycentric weights of the second and third corner, uniform by area.

@@ -9,7 +9,7 @@
 
 // Radiance towards the eye (W·m⁻²·sr⁻¹).
 struct PathRadiance {
-    // Emitted at x1, and light that reached x1 straight from a light; x1 not specular.
+    // Emitted at x1, and light that reached x1 straight from a light; x1 can be gathered at (`surface_gatherable`).
     direct: vec3f,
     // All other.
     indirect: vec3f,
@@ -21,13 +21,13 @@ struct PathRadiance {
 const ROULETTE_START: u32 = 4u;
 
 // Adds what is emitted towards the path at `vertex`.
-fn add_emitted(value: vec3f, vertex: u32, first_specular: bool, chain_specular: bool, result: ptr<function, PathRadiance>) {
-    if vertex == 1u || (vertex == 2u && !first_specular) {
+fn add_emitted(value: vec3f, vertex: u32, first_gatherable: bool, chain_specular: bool, result: ptr<function, PathRadiance>) {
+    if vertex == 1u || (vertex == 2u && first_gatherable) {
         (*result).direct += value;
         return;
     }
     (*result).indirect += value;
-    if chain_specular && !first_specular {
+    if chain_specular && first_gatherable {
         (*result).caustic += value;
     }
 }
@@ -41,7 +41,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
     // Of the last scattering.
     var pdf = 0.0;
     var was_specular = true;
-    var first_specular = false;
+    var first_gatherable = true;
     // x2 … are all specular so far.
     var chain_specular = true;
     for (var vertex = 1u; vertex <= max_bounces + 2u; vertex += 1u) {
@@ -52,7 +52,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
                 if !was_specular {
                     weight = pdf / (pdf + environment_light_pdf(direction, info));
                 }
-                add_emitted(throughput * environment_radiance(direction) * weight, vertex, first_specular, chain_specular, &result);
+                add_emitted(throughput * environment_radiance(direction) * weight, vertex, first_gatherable, chain_specular, &result);
             }
             break;
         }
@@ -61,7 +61,6 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             throughput *= exp(-surface.absorption * hit.t);
         }
         let wo = -direction;
-        let opacity = surface_opacity(surface);
 
         // Emission, weighted against next-event estimation at the vertex before.
         if max_component(surface.emission) > 0.0 {
@@ -71,25 +70,23 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
                 let light_pdf = emissive_pdf(light, info, hit.t, abs(dot(surface.normal_geometric, direction)));
                 weight = pdf / (pdf + light_pdf);
             }
-            add_emitted(throughput * surface.emission * weight, vertex, first_specular, chain_specular, &result);
+            add_emitted(throughput * surface.emission * weight, vertex, first_gatherable, chain_specular, &result);
         }
         if vertex == 1u {
-            first_specular = opacity < 1.0;
+            first_gatherable = surface_gatherable(surface);
         }
         if vertex == max_bounces + 2u {
             break;
         }
 
         // Next-event estimation.
-        if opacity > 0.0 {
+        if surface_opacity(surface) > 0.0 {
             var value = punctual_light(surface, wo, info, rng);
             let emissive = emissive_light(surface, wo, info, rng_next4(rng));
             if emissive.pdf > 0.0 {
-                let reflected_pdf = opacity * brdf_pdf(surface.brdf, emissive.direction, wo);
-                value += emissive.value * (emissive.pdf / (emissive.pdf + reflected_pdf));
+                value += emissive.value * (emissive.pdf / (emissive.pdf + emissive.scatter_pdf));
             }
-            value *= opacity;
-            if vertex == 1u && !first_specular {
+            if vertex == 1u && first_gatherable {
                 result.direct += throughput * value;
             } else {
                 result.indirect += throughput * value;
@@ -106,7 +103,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             break;
         }
         throughput /= survival;
-        pdf = opacity * scattered.pdf;
+        pdf = scattered.pdf;
         was_specular = scattered.specular;
         if vertex > 1u {
             chain_specular = chain_specular && scattered.specular;

@@ -5,6 +5,8 @@
 override SCENE_GLOSSY: bool = true;
 // Some surface transmits light.
 override SCENE_REFRACTS: bool = true;
+// Some of them through rough interfaces.
+override SCENE_ROUGH_REFRACTION: bool = true;
 // Some material has a texture.
 override SCENE_TEXTURES: bool = true;
 // Alpha lets some rays pass.

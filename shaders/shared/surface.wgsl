@@ -1,6 +1,16 @@
-// The surface a ray met, and how it scatters: opaque reflection, mirrors, smooth dielectrics.
+// The surface a ray met, and how it scatters: opaque reflection, mirrors, dielectrics.
+//
+// A share `transmission` of the light meets a dielectric, the rest is reflected by `brdf`. Mirrors and smooth dielectrics scatter into
+// single directions (`Scatter.specular`): no light can be connected to them, and no density estimated there. Rough dielectrics are not
+// specular: on both sides `surface_response` takes light from any direction, so paths from the eye sample lights there, with multiple
+// importance sampling, and a photon ends its caustic there and leaves a record as on any diffuse surface. The record is for kernels
+// that reach over from a diffuse surface beside it, and for connections to the eye (passes/photon_splat.wgsl).
+//
+// The G-buffer holds `brdf` alone. Pixels whose first surface is a mirror or transmits, roughly or not, are not gathered at
+// (`surface_gatherable`) but path-traced (passes/specular_pixels.wgsl).
 #import "shared/math.wgsl"
 #import "shared/brdf.wgsl"
+#import "shared/dielectric.wgsl"
 #import "shared/bvh.wgsl"
 #import "shared/texture.wgsl"
 
@@ -28,6 +38,8 @@ struct Surface {
     thickness: f32,
     // σ_a of the inside (m⁻¹).
     absorption: vec3f,
+    // What is transmitted passes a rough interface.
+    rough_dielectric: bool,
     // Smooth metal.
     mirror: bool,
     // Index into `lights` when it emits, else NO_LIGHT.
@@ -43,7 +55,7 @@ struct Scatter {
     direction: vec3f,
     // What remains of the flux or radiance; 0 ends the path.
     weight: vec3f,
-    // Per solid angle (sr⁻¹); 0 for a specular event.
+    // Per solid angle (sr⁻¹), of all draws that are not specular; 0 for a specular event.
     pdf: f32,
     specular: bool,
     // Not specular, and drawn from the glossy lobe.
@@ -98,6 +110,9 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     surface.ior = material.ior;
     surface.thickness = material.thickness;
     surface.absorption = material.absorption;
+    let facets = SCENE_ROUGH_REFRACTION && surface.brdf.roughness * surface.brdf.roughness >= MIN_ALPHA;
+    let bends = material.thickness <= 0.0 || material.ior >= 1.0 + MIN_CONTRAST;
+    surface.rough_dielectric = facets && bends && material.transmission > 0.0;
     surface.mirror = SCENE_GLOSSY && surface.brdf.metallic >= 0.95 && surface.brdf.roughness <= MIRROR_ROUGHNESS;
     return surface;
 }
@@ -138,62 +153,80 @@ fn mapped_normal(triangle: BvhTriangle, attributes: TriangleAttributes, material
     return normalize(t * scaled.x - b * scaled.y + normal * scaled.z);
 }
 
-// Share of the light that the surface's diffuse and glossy reflection takes; the rest leaves in single directions.
-// 0: wholly specular, no light can be connected to it and no density estimated on it.
+// Share of the light that is scattered into more than single directions. 0: wholly specular, no light can be connected to it
+// and no density estimated on it.
 fn surface_opacity(surface: Surface) -> f32 {
+    if SCENE_ROUGH_REFRACTION && surface.rough_dielectric {
+        return 1.0;
+    }
     return select(1.0 - surface.transmission, 0.0, surface.mirror);
 }
 
-// Fresnel reflectance of a dielectric; `eta` = n_transmitted / n_incident. 1 in total internal reflection.
-fn fresnel_dielectric(cos_i: f32, eta: f32) -> f32 {
-    let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
-    if sin2_t >= 1.0 {
-        return 1.0;
-    }
-    let cos_t = sqrt(1.0 - sin2_t);
-    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    return 0.5 * (parallel * parallel + perpendicular * perpendicular);
+// `brdf` says all of how the surface scatters.
+fn surface_gatherable(surface: Surface) -> bool {
+    return !surface.mirror && surface.transmission == 0.0;
 }
 
-// A smooth dielectric: solid (thickness > 0) or thin-walled. `radiance`: scale by the compression of solid angle, which
-// radiance undergoes at a boundary and flux does not.
-fn scatter_dielectric(surface: Surface, wo: vec3f, u: f32, radiance: bool) -> Scatter {
-    let normal = surface.brdf.normal;
-    let cos_o = max(dot(normal, wo), 1.0e-6);
-    let eta = select(1.0 / surface.ior, surface.ior, surface.front);
-    if surface.thickness <= 0.0 {
-        // Reflections inside a thin wall add up: R' = 2R / (1 + R).
-        let r = fresnel_dielectric(cos_o, surface.ior);
-        let both = 2.0 * r / (1.0 + r);
-        if u < both {
-            return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true, false);
+fn surface_dielectric(surface: Surface) -> Dielectric {
+    let thin = surface.thickness <= 0.0;
+    let eta = select(1.0 / surface.ior, surface.ior, thin || surface.front);
+    return Dielectric(surface.brdf.normal, brdf_alpha(surface.brdf), eta, thin, surface.brdf.base_color);
+}
+
+// All that is scattered from ω_i to ω_o but for what leaves in single directions, and the density with which `scatter` draws ω_i, of either
+// kind; `radiance` as in shared/dielectric.wgsl.
+fn surface_response(surface: Surface, wi: vec3f, wo: vec3f, radiance: bool) -> Response {
+    let cos_i = dot(surface.brdf.normal, wi);
+    var response = Response(vec3f(0.0), 0.0);
+    // Shading normals can send light through the surface: such directions are lost.
+    if cos_i * dot(surface.normal_geometric, wi) <= 0.0 || (SCENE_GLOSSY && surface.mirror) {
+        return response;
+    }
+    if cos_i > 0.0 {
+        response = Response(brdf_eval(surface.brdf, wi, wo) * cos_i, brdf_pdf(surface.brdf, wi, wo));
+    }
+    if SCENE_REFRACTS {
+        let opaque_share = 1.0 - surface.transmission;
+        response = Response(response.value * opaque_share, response.pdf * opaque_share);
+        if SCENE_ROUGH_REFRACTION && surface.rough_dielectric {
+            let passed = rough_dielectric(surface_dielectric(surface), wi, wo, radiance);
+            response.value += passed.value * surface.transmission;
+            response.pdf += passed.pdf * surface.transmission;
         }
-        return Scatter(-wo, surface.brdf.base_color, 0.0, true, false);
     }
-    if u < fresnel_dielectric(cos_o, eta) {
-        return Scatter(reflect(-wo, normal), vec3f(1.0), 0.0, true, false);
-    }
-    let sin2_t = (1.0 - cos_o * cos_o) / (eta * eta);
-    let cos_t = sqrt(max(0.0, 1.0 - sin2_t));
-    let transmitted = normalize(-wo / eta + normal * (cos_o / eta - cos_t));
-    let scale = select(1.0, 1.0 / (eta * eta), radiance);
-    return Scatter(transmitted, surface.brdf.base_color * scale, 0.0, true, false);
+    return response;
 }
 
 // Draws where light goes on, from four uniform numbers. `wo` points to where the path came from.
 fn scatter(surface: Surface, wo: vec3f, u: vec4f, radiance: bool) -> Scatter {
-    if SCENE_REFRACTS && surface.transmission > 0.0 && u.w < surface.transmission {
-        return scatter_dielectric(surface, wo, u.x, radiance);
+    let transmits = SCENE_REFRACTS && u.w < surface.transmission;
+    if SCENE_ROUGH_REFRACTION && surface.rough_dielectric {
+        var drawn = BrdfSample(vec3f(0.0), vec3f(0.0), 0.0, true);
+        if transmits {
+            drawn.direction = rough_dielectric_sample(surface_dielectric(surface), wo, u.xyz);
+        } else {
+            drawn = brdf_sample(surface.brdf, wo, u.xyz);
+            // What is reflected into the surface is lost, and must not count as transmitted.
+            drawn.direction = select(vec3f(0.0), drawn.direction, dot(surface.brdf.normal, drawn.direction) > 0.0);
+        }
+        // Either lobe may have drawn it.
+        let response = surface_response(surface, drawn.direction, wo, radiance);
+        let kept = response.pdf > 0.0 && dot(wo, surface.normal_geometric) > 0.0;
+        let weight = select(vec3f(0.0), response.value / max(response.pdf, 1.0e-20), kept);
+        return Scatter(drawn.direction, weight, response.pdf, false, drawn.glossy);
+    }
+    if transmits {
+        let drawn = smooth_dielectric_sample(surface_dielectric(surface), wo, u.x, radiance);
+        return Scatter(drawn.direction, drawn.weight, 0.0, true, false);
     }
     if SCENE_GLOSSY && surface.mirror {
         let cos_o = dot(surface.brdf.normal, wo);
         return Scatter(reflect(-wo, surface.brdf.normal), schlick(surface.brdf.base_color, cos_o), 0.0, true, false);
     }
     let drawn = brdf_sample(surface.brdf, wo, u.xyz);
-    // Shading normals can send light through the surface: such directions are lost.
     let kept = dot(drawn.direction, surface.normal_geometric) > 0.0 && dot(wo, surface.normal_geometric) > 0.0;
-    return Scatter(drawn.direction, select(vec3f(0.0), drawn.weight, kept), drawn.pdf, false, drawn.glossy);
+    let pdf = drawn.pdf * select(1.0, 1.0 - surface.transmission, SCENE_REFRACTS);
+    return Scatter(drawn.direction, select(vec3f(0.0), drawn.weight, kept), pdf, false, drawn.glossy);
 }
 
 // Origin for a ray that leaves the surface in `direction`.

@@ -45,6 +45,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/bvh.wgsl",
     "shared/camera.wgsl",
     "shared/deposit_cull.wgsl",
+    "shared/dielectric.wgsl",
     "shared/dispatch.wgsl",
     "shared/emission.wgsl",
     "shared/environment.wgsl",

@@ -4,6 +4,9 @@
 //! lab         an adapter, the passes, and one call for each experiment
 //! image       pictures in f64: means, standard errors, what lies within three of them
 //! kernel      the cone kernel's moments and its share inside a rectangle, in closed form
+//! microfacet  scattering in f64, as the papers write it
+//! sphere      the sphere in cells that resolve narrow lobes
+//! statistics  χ² and its threshold
 //! synthetic   photons and G-buffers made by hand, as an engine would bring its own
 //! reference   pictures by an independent renderer, where they are present
 //! ```
@@ -14,8 +17,13 @@
 mod image;
 pub mod kernel;
 mod lab;
+pub mod microfacet;
 pub mod reference;
+mod sphere;
+mod statistics;
 pub mod synthetic;
 
 pub use image::{Image, Mean, Pixels};
 pub use lab::{Estimates, Frame, Lab, PathImages, Traced, View, strategies};
+pub use sphere::Cells;
+pub use statistics::ChiSquare;

@@ -24,7 +24,8 @@ fn may_be_specular(material: &Material) -> bool {
     let mirror = material.metallic >= MIRROR.1
         && (material.roughness <= MIRROR.0 || material.metallic_roughness_texture.is_some())
         && !material.is_lambert();
-    mirror || material.transmission > 0.0
+    let smooth = !material.may_refract_roughly() || material.metallic_roughness_texture.is_some();
+    mirror || (material.transmission > 0.0 && smooth)
 }
 
 /// Spheres that together hold every specular triangle.

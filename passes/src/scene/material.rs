@@ -3,6 +3,11 @@
 use super::texture::{TextureData, TextureUse};
 use glam::Vec3;
 
+/// `MIN_ALPHA` of `shared/brdf.wgsl`: narrower GGX is smooth.
+const MIN_ALPHA: f32 = 1.0e-3;
+/// `MIN_CONTRAST` of `shared/dielectric.wgsl`.
+const MIN_CONTRAST: f32 = 0.01;
+
 /// How alpha is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Alpha {
@@ -29,7 +34,7 @@ pub struct Material {
     pub base_color_texture: Option<TextureUse>,
     /// 0 dielectric, 1 metal.
     pub metallic: f32,
-    /// Perceptual roughness in `[0, 1]`; GGX α is its square.
+    /// Perceptual roughness in `[0, 1]`; GGX α is its square. What is transmitted is scattered by it as well.
     pub roughness: f32,
     /// Multiplies roughness by G and metallic by B; linear.
     pub metallic_roughness_texture: Option<TextureUse>,
@@ -41,7 +46,8 @@ pub struct Material {
     pub double_sided: bool,
     /// Multiplies `emissive`; sRGB.
     pub emissive_texture: Option<TextureUse>,
-    /// Share of the light that enters the surface and is refracted instead of scattered back, in `[0, 1]`.
+    /// Share of the light that enters the surface and is refracted instead of scattered back, in `[0, 1]`; through facets of
+    /// `roughness`, smooth below α = 10⁻³.
     pub transmission: f32,
     /// Index of refraction of the inside.
     pub ior: f32,
@@ -103,6 +109,13 @@ impl Material {
     /// Whether this is plain Lambert: rough, no metal, nothing transmitted and no texture that changes it.
     pub fn is_lambert(&self) -> bool {
         self.metallic == 0.0 && self.roughness >= 1.0 && self.metallic_roughness_texture.is_none() && self.transmission == 0.0
+    }
+
+    /// Whether some point of it may be a rough dielectric, `Surface.rough_dielectric` in `shared/surface.wgsl`: textures only
+    /// make it smoother.
+    pub(crate) fn may_refract_roughly(&self) -> bool {
+        let bends = self.thickness_m <= 0.0 || self.ior >= 1.0 + MIN_CONTRAST;
+        self.transmission > 0.0 && self.roughness * self.roughness >= MIN_ALPHA && bends
     }
 
     /// Whether any texture belongs to it.

@@ -11,6 +11,8 @@ pub struct SceneTraits {
     pub glossy: bool,
     /// Some surface transmits light.
     pub refracts: bool,
+    /// Some of them through rough interfaces.
+    pub rough_refraction: bool,
     /// Some material has a texture.
     pub textures: bool,
     /// Alpha lets some rays pass.
@@ -22,7 +24,7 @@ pub struct SceneTraits {
 impl Default for SceneTraits {
     /// Everything may occur.
     fn default() -> Self {
-        Self { glossy: true, refracts: true, textures: true, alpha: true, environment: true }
+        Self { glossy: true, refracts: true, rough_refraction: true, textures: true, alpha: true, environment: true }
     }
 }
 
@@ -40,6 +42,7 @@ impl SceneTraits {
         Self {
             glossy: any(&|material| !material.is_lambert() && material.transmission < 1.0),
             refracts: any(&|material| material.transmission > 0.0),
+            rough_refraction: any(&Material::may_refract_roughly),
             textures: any(&Material::has_texture),
             alpha: any(&|material| material.lets_rays_pass(&scene.textures)),
             environment: scene.environment.is_some(),
@@ -52,10 +55,11 @@ impl SceneTraits {
     }
 
     /// The WGSL overrides and their values.
-    pub(crate) fn constants(self) -> [(&'static str, bool); 5] {
+    pub(crate) fn constants(self) -> [(&'static str, bool); 6] {
         [
             ("SCENE_GLOSSY", self.glossy),
             ("SCENE_REFRACTS", self.refracts),
+            ("SCENE_ROUGH_REFRACTION", self.rough_refraction),
             ("SCENE_TEXTURES", self.textures),
             ("SCENE_ALPHA", self.alpha),
             ("SCENE_ENVIRONMENT", self.environment),
@@ -70,9 +74,13 @@ mod tests {
 
     #[test]
     fn only_what_occurs_is_asked_for() {
-        let none = SceneTraits { glossy: false, refracts: false, textures: false, alpha: false, environment: false };
+        let none =
+            SceneTraits { glossy: false, refracts: false, rough_refraction: false, textures: false, alpha: false, environment: false };
         assert_eq!(SceneTraits::of(&builtin::cornell()), none);
         let caustics = SceneTraits::of(&builtin::caustics());
         assert_eq!(caustics, SceneTraits { glossy: true, refracts: true, ..none });
+        let mut frosted = builtin::caustics();
+        frosted.materials.iter_mut().filter(|material| material.transmission > 0.0).for_each(|glass| glass.roughness = 0.3);
+        assert_eq!(SceneTraits::of(&frosted), SceneTraits { rough_refraction: true, ..caustics });
     }
 }

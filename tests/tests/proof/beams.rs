@@ -53,7 +53,8 @@ fn a_mirror_ball_spreads_its_light_over_the_whole_wall() {
     assert_sum("mirror ball", &footprints(&records, 1), EMITTED, 2.0 * PI * (1.0 + cos_cap), 0.015);
 }
 
-fn horizontal(y: f32, half: f32, up: bool, material: u32) -> [Triangle; 2] {
+/// A square of `2 half` metres in the plane `y`, about the y axis.
+pub(crate) fn horizontal(y: f32, half: f32, up: bool, material: u32) -> [Triangle; 2] {
     let at = |x: f32, z: f32| Vec3::new(x * half, y, z * half);
     let triangle = |positions_world: [Vec3; 3]| {
         let positions_world = if up { positions_world } else { [positions_world[0], positions_world[2], positions_world[1]] };

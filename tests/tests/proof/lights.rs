@@ -40,7 +40,8 @@ shader_struct! {
     }
 }
 
-fn draw(lab: &mut Lab, scene: &GpuScene, info: &SceneInfo, body: &str, count: u32, seed: u32) -> Vec<[[f32; 4]; 2]> {
+/// Runs `body` for each of `count` threads, which writes two vectors.
+pub(crate) fn draw(lab: &mut Lab, scene: &GpuScene, info: &SceneInfo, body: &str, count: u32, seed: u32) -> Vec<[[f32; 4]; 2]> {
     let text = format!("#import \"shared/emission.wgsl\"\n{HEAD}{body}");
     let shader = ComputeShader::new(&lab.sources.with(&[("draw.wgsl", &text)]), "draw.wgsl").expect("the kernel is valid");
     let mut graph = Graph::new("draw");
