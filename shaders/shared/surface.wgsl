@@ -1,7 +1,7 @@
 // The surface a ray met, and how it scatters: opaque reflection, mirrors, smooth dielectrics.
 #import "shared/math.wgsl"
 #import "shared/brdf.wgsl"
-#import "shared/bvh.wgsl"
+#import "shared/hit.wgsl"
 #import "shared/texture.wgsl"
 
 // A metal smoother than this is a mirror.

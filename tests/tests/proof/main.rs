@@ -11,6 +11,7 @@ mod equality;
 mod ledger;
 mod lights;
 mod plane;
+mod ray_query;
 mod references;
 mod rsm;
 mod shaders;
