@@ -46,3 +46,29 @@ impl SceneShader {
 fn specialise(general: &ComputeShader, traits: SceneTraits) -> Result<ComputeShader, ShaderError> {
     traits.constants().into_iter().try_fold(general.clone(), |shader, (name, value)| shader.with_constant(name, f64::from(value)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{GpuScene, builtin};
+    use lightloom_graph::Graph;
+
+    #[test]
+    fn the_scene_chooses_the_version() {
+        let sources = crate::shaders();
+        let scene = |rays| GpuScene::describe(&builtin::cornell()).unwrap().with_rays(rays).unwrap();
+        let variant = |shader: &SceneShader, rays| {
+            let mut graph = Graph::new("f");
+            shader.variant(&scene(rays).declare(&mut graph))
+        };
+        let both = |path| {
+            let shader = SceneShader::new(&sources, path).unwrap();
+            [variant(&shader, RayBackend::Bvh), variant(&shader, RayBackend::RayQuery)]
+        };
+        let [bvh, query] = both("passes/trace_rays.wgsl");
+        assert!(!bvh.wgsl().contains("enable wgpu_ray_query;"), "{}", bvh.wgsl());
+        assert!(query.wgsl().contains("enable wgpu_ray_query;"), "{}", query.wgsl());
+        let [bvh, query] = both("passes/photon_scatter.wgsl");
+        assert_eq!(bvh.wgsl(), query.wgsl(), "it traces no rays");
+    }
+}
