@@ -63,29 +63,24 @@ impl RayBackend {
         if requested == Some(Self::Bvh) {
             return request;
         }
-        GpuRequest {
-            optional_features: request.optional_features | Self::RAY_QUERY_FEATURES,
-            experimental: true,
-            ..request
-        }
+        GpuRequest { optional_features: request.optional_features | Self::RAY_QUERY_FEATURES, experimental: true, ..request }
     }
 
     /// The backend that was asked for, or the better one of those that `gpu` has.
     ///
-    /// Ray queries are better where hardware runs them. A software adapter's are not: lavapipe 25.0.7 takes two to four times as
-    /// long by ray queries as by the hierarchy (`cargo bench -p lightloom-passes`).
+    /// Ray queries are better where hardware runs them. A software adapter's are not: lavapipe 25.0.7 takes three to five times
+    /// as long by ray queries as by the hierarchy (`cargo bench -p lightloom-passes`).
     ///
     /// # Errors
     /// [`RayBackendError`] for ray queries that the adapter has not, or that the device was opened without.
     pub fn choose(requested: Option<Self>, gpu: &Gpu) -> Result<Self, RayBackendError> {
         let enabled = gpu.device.features().contains(Self::RAY_QUERY_FEATURES);
         match requested {
-            Some(Self::Bvh) => Ok(Self::Bvh),
             Some(Self::RayQuery) if enabled => Ok(Self::RayQuery),
             Some(Self::RayQuery) if gpu.adapter.features().contains(Self::RAY_QUERY_FEATURES) => Err(RayBackendError::NotEnabled),
             Some(Self::RayQuery) => Err(RayBackendError::Lacking { adapter: gpu.adapter_name() }),
             None if enabled && gpu.adapter.get_info().device_type != DeviceType::Cpu => Ok(Self::RayQuery),
-            None => Ok(Self::Bvh),
+            Some(Self::Bvh) | None => Ok(Self::Bvh),
         }
     }
 }
