@@ -45,8 +45,13 @@ pub enum RayBackendError {
 }
 
 impl RayBackend {
-    /// What a device must have for ray queries.
-    pub const RAY_QUERY_FEATURES: Features = Features::EXPERIMENTAL_RAY_QUERY;
+    /// What a device must have for it.
+    pub fn features(self) -> Features {
+        match self {
+            Self::Bvh => Features::empty(),
+            Self::RayQuery => Features::EXPERIMENTAL_RAY_QUERY,
+        }
+    }
 
     /// The name on command lines and in results.
     pub fn name(self) -> &'static str {
@@ -63,7 +68,7 @@ impl RayBackend {
         if requested == Some(Self::Bvh) {
             return request;
         }
-        GpuRequest { optional_features: request.optional_features | Self::RAY_QUERY_FEATURES, experimental: true, ..request }
+        GpuRequest { optional_features: request.optional_features | Self::RayQuery.features(), experimental: true, ..request }
     }
 
     /// The backend that was asked for, or the better one of those that `gpu` has.
@@ -74,10 +79,12 @@ impl RayBackend {
     /// # Errors
     /// [`RayBackendError`] for ray queries that the adapter has not, or that the device was opened without.
     pub fn choose(requested: Option<Self>, gpu: &Gpu) -> Result<Self, RayBackendError> {
-        let enabled = gpu.device.features().contains(Self::RAY_QUERY_FEATURES);
+        let enabled = gpu.device.features().contains(Self::RayQuery.features());
         match requested {
             Some(Self::RayQuery) if enabled => Ok(Self::RayQuery),
-            Some(Self::RayQuery) if gpu.adapter.features().contains(Self::RAY_QUERY_FEATURES) => Err(RayBackendError::NotEnabled),
+            Some(Self::RayQuery) if gpu.adapter.features().contains(Self::RayQuery.features()) => {
+                Err(RayBackendError::NotEnabled)
+            }
             Some(Self::RayQuery) => Err(RayBackendError::Lacking { adapter: gpu.adapter_name() }),
             None if enabled && gpu.adapter.get_info().device_type != DeviceType::Cpu => Ok(Self::RayQuery),
             Some(Self::Bvh) | None => Ok(Self::Bvh),
@@ -96,7 +103,7 @@ mod tests {
         assert_eq!(RayBackend::choose(None, &plain), Ok(RayBackend::Bvh), "nothing else is enabled");
         let error = RayBackend::choose(Some(RayBackend::RayQuery), &plain).unwrap_err();
         let message = error.to_string();
-        if plain.adapter.features().contains(RayBackend::RAY_QUERY_FEATURES) {
+        if plain.adapter.features().contains(RayBackend::RayQuery.features()) {
             assert_eq!(error, RayBackendError::NotEnabled);
             assert!(message.contains("RayBackend::enable"), "{message}");
         } else {
@@ -108,7 +115,7 @@ mod tests {
 
     #[test]
     fn an_adapter_that_has_ray_queries_can_be_asked_for_them() {
-        let Some(probe) = Gpu::for_tests_with(RayBackend::RAY_QUERY_FEATURES) else { return };
+        let Some(probe) = Gpu::for_tests_with(RayBackend::RayQuery.features()) else { return };
         let request = GpuRequest { prefer_software: true, ..GpuRequest::default() };
         let gpu = Gpu::new(&RayBackend::enable(None, request.clone())).unwrap();
         assert_eq!(RayBackend::choose(Some(RayBackend::RayQuery), &gpu), Ok(RayBackend::RayQuery));
@@ -116,6 +123,6 @@ mod tests {
         let better = if software { RayBackend::Bvh } else { RayBackend::RayQuery };
         assert_eq!(RayBackend::choose(None, &gpu), Ok(better), "queries in software are slower");
         let gpu = Gpu::new(&RayBackend::enable(Some(RayBackend::Bvh), request)).unwrap();
-        assert!(!gpu.device.features().contains(RayBackend::RAY_QUERY_FEATURES), "no experiments unasked");
+        assert!(!gpu.device.features().contains(RayBackend::RayQuery.features()), "no experiments unasked");
     }
 }

@@ -118,7 +118,7 @@ impl Lab {
     /// # Panics
     /// As [`Self::open`].
     pub fn open_with_ray_queries() -> Option<Self> {
-        Some(Self::on(Gpu::for_tests_with(RayBackend::RAY_QUERY_FEATURES)?))
+        Some(Self::on(Gpu::for_tests_with(RayBackend::RayQuery.features())?))
     }
 
     fn on(gpu: Gpu) -> Self {

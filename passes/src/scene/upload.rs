@@ -163,7 +163,7 @@ impl GpuScene {
     /// The acceleration structure, or `None` for a scene that is only described.
     fn accelerate(&self) -> Result<Option<wgpu::Tlas>, SceneError> {
         let (Some((device, queue)), Some(buffer)) = (&self.gpu, &self.bvh_triangles.buffer) else { return Ok(None) };
-        if !device.features().contains(RayBackend::RAY_QUERY_FEATURES) {
+        if !device.features().contains(RayBackend::RayQuery.features()) {
             return Err(SceneError::Rays(RayBackendError::NotEnabled));
         }
         let triangles = self.info.triangle_count;

@@ -42,7 +42,7 @@ impl<'a> Writer<'a> {
         self.allow(name, desc.size, "bytes", binding, "max_storage_buffer_binding_size")?;
         self.allow(name, desc.size, "bytes", limits.max_buffer_size, "max_buffer_size")?;
         let mut usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        if device.features().contains(RayBackend::RAY_QUERY_FEATURES) {
+        if device.features().contains(RayBackend::RayQuery.features()) {
             // `bvh_triangles` may become the geometry of an acceleration structure.
             usage |= wgpu::BufferUsages::BLAS_INPUT;
         }
