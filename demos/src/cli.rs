@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use lightloom_passes::RayBackend;
 
+use crate::Error;
 use crate::values::{
     Assignment, EnvironmentArg, ImageSize, LightPhotons, Shown, parse_count, parse_positive, parse_radius, parse_strategy,
 };
@@ -108,7 +110,8 @@ pub(crate) struct SceneArgs {
     /// Filtering of the estimate over neighbouring pixels; `on` is not in this release
     #[arg(long, value_enum, default_value_t)]
     pub(crate) filter: Switch,
-    /// How rays find surfaces; `auto` takes the best there is
+    /// How rays find surfaces: `bvh`, a hierarchy in WGSL, on every adapter; `ray-query`, where the adapter has ray queries; `auto`
+    /// takes ray queries where hardware runs them. `pipeline` is not in this release
     #[arg(long, value_enum, default_value_t)]
     pub(crate) trace: Trace,
     /// How materials are read; `lambert` makes every opaque non-metal diffuse
@@ -169,6 +172,21 @@ pub(crate) enum Trace {
     Bvh,
     RayQuery,
     Pipeline,
+}
+
+impl Trace {
+    /// The backend that was asked for; `None`: the best one.
+    pub(crate) fn requested(self) -> Result<Option<RayBackend>, Error> {
+        match self {
+            Self::Auto => Ok(None),
+            Self::Bvh => Ok(Some(RayBackend::Bvh)),
+            Self::RayQuery => Ok(Some(RayBackend::RayQuery)),
+            Self::Pipeline => Err(Error::Unavailable(
+                "--trace pipeline is not available: wgpu has no ray-tracing pipelines yet; take `bvh`, `ray-query` or `auto`"
+                    .to_owned(),
+            )),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

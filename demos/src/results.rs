@@ -9,6 +9,9 @@ pub struct Results {
     pub scene: String,
     /// The adapter's name.
     pub adapter: String,
+    /// What traced rays: `bvh` or `ray-query`; empty in files from before there was a choice.
+    #[serde(default)]
+    pub trace: String,
     /// Width and height (pixels).
     pub size: [u32; 2],
     /// One per strategy, in the order asked for.
@@ -161,7 +164,7 @@ mod tests {
         let row = StrategyResult { passes: vec![PassTime::default()], ..StrategyResult::default() };
         let results = Results { strategies: vec![row], ..Results::default() };
         let json = serde_json::to_value(&results).unwrap();
-        for key in ["scene", "adapter", "size", "strategies", "lights"] {
+        for key in ["scene", "adapter", "trace", "size", "strategies", "lights"] {
             assert!(json.get(key).is_some(), "{key}");
         }
         let row = &json["strategies"][0];

@@ -7,10 +7,11 @@ pub(crate) use inspect::Tapped;
 use std::time::Instant;
 
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
+use lightloom_passes::RayBackend;
 use lightloom_passes::scene::{Camera, Environment, GpuScene, Scene, builtin};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
 
-use crate::cli::{Materials, SceneArgs, Switch, Trace};
+use crate::cli::{Materials, SceneArgs, Switch};
 use crate::progress::ProgressLine;
 use crate::results::{Flux, LightPhotons, Memory, PassTime, PhotonCounts, StrategyResult};
 use crate::values::{Assignment, EnvironmentArg, Shown};
@@ -74,12 +75,17 @@ impl Session {
     /// line and the file is told before a device is opened.
     pub(crate) fn open(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
         check_release(args)?;
+        let requested = args.trace.requested()?;
         let scene = load(args)?;
         let camera = scene.camera(args.camera.as_deref())?;
         let pipelines = pipelines(args, strategies)?;
         cancel::listen();
-        let gpu = Gpu::new(&GpuRequest { max_limits: true, ..GpuRequest::default() })?;
-        let resident = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
+        let gpu = Gpu::new(&RayBackend::enable(requested, GpuRequest { max_limits: true, ..GpuRequest::default() }))?;
+        let rays = RayBackend::choose(requested, &gpu).map_err(|error| {
+            let wanted = requested.map_or("auto", RayBackend::name);
+            Error::Unavailable(format!("--trace {wanted}: {error}"))
+        })?;
+        let resident = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?.with_rays(rays)?;
         Ok(Self {
             adapter: gpu.adapter_name(),
             executor: Some(Executor::new(&gpu)),
@@ -91,13 +97,14 @@ impl Session {
         })
     }
 
-    /// As [`Self::open`] without an adapter: frames can be declared and planned.
+    /// As [`Self::open`] without an adapter: frames can be declared and planned. `auto` traces by the hierarchy here.
     pub(crate) fn open_to_plan(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
         check_release(args)?;
+        let rays = args.trace.requested()?.unwrap_or_default();
         let scene = load(args)?;
         let camera = scene.camera(args.camera.as_deref())?;
         let pipelines = pipelines(args, strategies)?;
-        let described = GpuScene::describe(&scene)?;
+        let described = GpuScene::describe(&scene)?.with_rays(rays)?;
         let (adapter, warnings) = (String::new(), scene.warnings);
         Ok(Self { adapter, executor: None, scene: described, camera, settings: settings(args), pipelines, warnings })
     }
@@ -105,6 +112,11 @@ impl Session {
     /// The adapter's name.
     pub(crate) fn adapter(&self) -> &str {
         &self.adapter
+    }
+
+    /// What traces rays, as `--trace` calls it.
+    pub(crate) fn trace(&self) -> &'static str {
+        self.scene.rays().name()
     }
 
     /// The camera's name.
@@ -175,14 +187,7 @@ fn check_release(args: &SceneArgs) -> Result<(), Error> {
     if args.filter == Switch::On {
         return Err(Error::Usage("this release has no filters: leave --filter out, or say `--filter off`".to_owned()));
     }
-    let wanted = match args.trace {
-        Trace::Auto | Trace::Bvh => return Ok(()),
-        Trace::RayQuery => "ray-query",
-        Trace::Pipeline => "pipeline",
-    };
-    Err(Error::Unavailable(format!(
-        "--trace {wanted} is not available: this release traces rays by `bvh`, which `auto` takes too"
-    )))
+    Ok(())
 }
 
 fn load(args: &SceneArgs) -> Result<Scene, Error> {

@@ -120,7 +120,6 @@ fn what_this_release_lacks_is_said() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";
     place.refuses(&format!("{line} --filter on"), 2, &["filter", "off"]);
-    place.refuses(&format!("{line} --trace ray-query"), 1, &["ray-query", "bvh"]);
     place.refuses(&format!("{line} --trace pipeline"), 1, &["pipeline", "bvh"]);
 }
 
@@ -274,6 +273,40 @@ fn render_writes_linear_exr_and_png() {
 }
 
 #[test]
+fn rays_are_traced_as_asked_and_it_is_said_how() {
+    if !has_adapter() {
+        return;
+    }
+    let place = Place::new();
+    let line = "render builtin:cornell --strategy tiled --size 24x16 --photons 5k --bounces 3 --deterministic";
+    let rendered = |trace: &str, backends: &[&str]| {
+        let output = place.run(&format!("{line} --trace {trace} -o {trace}.exr"));
+        let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let said = stdout.lines().find_map(|line| line.strip_prefix("rays")).map(str::trim);
+        assert!(said.is_some_and(|said| backends.contains(&said)), "--trace {trace} said:\n{stdout}");
+        lightloom::read_exr(&place.path(&format!("{trace}.exr"))).expect("an image")
+    };
+    let bvh = rendered("bvh", &["bvh"]);
+    rendered("auto", &["bvh", "ray-query"]);
+    let has = lightloom_graph::adapters().iter().all(|adapter| adapter.features.contains(RAY_QUERY));
+    if !has {
+        place.refuses(&format!("{line} --trace ray-query -o a.exr"), 1, &["--trace ray-query", "adapter", "`bvh`"]);
+        return;
+    }
+    let query = rendered("ray-query", &["ray-query"]);
+    // The same triangles, so the same photons, unless a ray meets an edge.
+    let apart = bvh.pixels().iter().zip(query.pixels()).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count();
+    assert!(apart * 20 < bvh.pixels().len(), "{apart} pixels differ");
+    let output = place.run("compare builtin:cornell --strategies exact --size 24x16 --photons 5k --trace ray-query -o out");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let results = std::fs::read_to_string(place.path("out/results.json")).expect("the results");
+    assert!(results.contains("\"trace\": \"ray-query\""), "{results}");
+}
+
+const RAY_QUERY: lightloom_graph::wgpu::Features = lightloom_graph::wgpu::Features::EXPERIMENTAL_RAY_QUERY;
+
+#[test]
 fn layers_add_up() {
     if !has_adapter() {
         return;
@@ -313,6 +346,7 @@ fn compare_writes_results_and_report() {
     let results: serde_json::Value = serde_json::from_slice(&file).unwrap();
     assert_eq!(results, serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap());
     assert_eq!(results["size"], serde_json::json!([24, 16]));
+    assert!(results["trace"].as_str().is_some_and(|trace| ["bvh", "ray-query"].contains(&trace)), "{results}");
     let rows = results["strategies"].as_array().unwrap();
     assert_eq!(rows.len(), 2);
     // The same photons for both.
@@ -368,6 +402,8 @@ fn graph_draws_without_an_adapter_and_says_that_there_are_no_times() {
         let name = pass.as_str().unwrap();
         assert!(page.contains(&format!("aria-label=\"pass {name}, ")), "pass `{name}` is not drawn");
     }
+    let queried = without_adapter(&place, &format!("{line} --trace ray-query --format frame"));
+    assert!(String::from_utf8_lossy(&queried.stdout).contains("\"ray_query_scene\""), "{queried:?}");
     let trace = without_adapter(&place, &format!("{line} --format trace"));
     assert_eq!(trace.status.code(), Some(1), "a trace of nothing");
 }

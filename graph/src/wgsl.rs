@@ -9,6 +9,9 @@
 //! Imports are hoisted to where they stand the first time a file is met; a second import of a file, however deep, adds
 //! nothing. Every line keeps its origin, so errors point into the file a person edits. A textual scheme, not a
 //! module system: names are global, as in WGSL itself, and the flattened text is plain WGSL for any tool.
+//!
+//! `#import "b.wgsl" as "a.wgsl"` lets one file stand in for another: later imports of `a.wgsl` add nothing. So a root file of
+//! three lines makes a second version of a shader, with another implementation of functions that it imports.
 
 use crate::error::{ShaderError, ShaderPlace, names};
 use std::{collections::BTreeMap, collections::HashSet, sync::Arc};
@@ -69,12 +72,17 @@ impl Texts {
                 continue;
             }
             let place = || ShaderPlace::new(flat.files[file as usize].clone(), number);
-            let Some(import) = import_path(line) else {
+            let Some((import, replaced)) = import_paths(line) else {
                 return Err(ShaderError::Directive { place: place(), line: line.trim().to_owned() });
             };
-            let Some(text) = self.0.get(import) else {
-                return Err(ShaderError::UnknownImport { place: place(), path: import.to_owned() });
+            let found = |path: &str| {
+                self.0.get(path).ok_or_else(|| ShaderError::UnknownImport { place: place(), path: path.to_owned() })
             };
+            let text = found(import)?;
+            if let Some(replaced) = replaced {
+                found(replaced)?;
+                seen.insert(replaced.to_owned());
+            }
             if seen.insert(import.to_owned()) {
                 let file = flat.file(import);
                 stack.push((file, text.lines().enumerate()));
@@ -84,12 +92,21 @@ impl Texts {
     }
 }
 
-/// The path of `#import "path"`, with an optional comment behind it.
-fn import_path(line: &str) -> Option<&str> {
-    let rest = line.trim().strip_prefix("#import")?.trim_start().strip_prefix('"')?;
-    let (path, tail) = rest.split_once('"')?;
-    let tail = tail.trim().trim_start_matches(';').trim_start();
-    (!path.is_empty() && (tail.is_empty() || tail.starts_with("//"))).then_some(path)
+/// The paths of `#import "path"` or `#import "path" as "other path"`, with an optional comment behind it.
+fn import_paths(line: &str) -> Option<(&str, Option<&str>)> {
+    let (path, tail) = quoted(line.trim().strip_prefix("#import")?)?;
+    let (replaced, tail) = match tail.strip_prefix("as") {
+        Some(tail) => quoted(tail).map(|(path, tail)| (Some(path), tail))?,
+        None => (None, tail),
+    };
+    let tail = tail.trim_start_matches(';').trim_start();
+    (tail.is_empty() || tail.starts_with("//")).then_some((path, replaced))
+}
+
+/// The text between quotes that `text` begins with, and what follows.
+fn quoted(text: &str) -> Option<(&str, &str)> {
+    let (inside, tail) = text.trim_start().strip_prefix('"')?.split_once('"')?;
+    (!inside.is_empty()).then_some((inside, tail.trim_start()))
 }
 
 /// Flattened WGSL that remembers where each line came from.
@@ -173,6 +190,21 @@ mod tests {
         assert_eq!(flat.locate(3), ("s/b.wgsl", 3));
         assert_eq!(flat.locate(4), ("a.wgsl", 4));
         assert_eq!(flat.locate(99), ("a.wgsl", 4), "past the end is the last line");
+    }
+
+    #[test]
+    fn one_file_stands_in_for_another() {
+        let sources = sources().with(&[
+            ("d.wgsl", "#import \"s/d.wgsl\" as \"s/c.wgsl\" // another c\n#import \"a.wgsl\""),
+            ("s/d.wgsl", "fn c() { }"),
+            ("nobody.wgsl", "\n#import \"s/d.wgsl\" as \"s/e.wgsl\""),
+            ("odd.wgsl", "#import \"s/d.wgsl\" as s/c.wgsl"),
+        ]);
+        assert_eq!(sources.flatten("d.wgsl").unwrap().source(), "fn c() { }\n// a\nfn b() {}\nfn a() {}\n");
+        let error = sources.flatten("nobody.wgsl").unwrap_err().to_string();
+        assert!(error.starts_with("nobody.wgsl:2: `#import \"s/e.wgsl\"`"), "{error}");
+        let error = sources.flatten("odd.wgsl").unwrap_err().to_string();
+        assert!(error.starts_with("odd.wgsl:1: cannot read"), "{error}");
     }
 
     #[test]

@@ -1,13 +1,14 @@
-//! Rays per second of the WGSL traversal beside the same hierarchy traversed on the CPU by its own crate, in one run.
+//! Rays per second of the WGSL traversal beside the device's ray queries, where it has any, and beside the same hierarchy
+//! traversed on the CPU by its own crate, in one run.
 //!
 //! `cargo bench -p lightloom-passes [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
 //! ones leave their hits with a cosine distribution. GPU time is the pass's own; the first dispatch, which includes the
-//! driver's compilation, is not counted.
+//! driver's compilation, is not counted. Rounds alternate between the three, and the best of each counts.
 
 use glam::Vec3;
 use lightloom_graph::{BufferDesc, Executor, Gpu, GpuRequest, Graph};
 use lightloom_passes::scene::{Alpha, Bvh, GpuScene, Scene, builtin};
-use lightloom_passes::{Ray, RayHit, TraceRays};
+use lightloom_passes::{Ray, RayBackend, RayHit, TraceRays};
 use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
@@ -26,9 +27,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     for material in &mut scene.materials {
         material.alpha = Alpha::Opaque;
     }
-    let gpu = Gpu::new(&GpuRequest::default())?;
-    let gpu_scene = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?;
+    let gpu = Gpu::new(&RayBackend::enable(None, GpuRequest::default()))?;
     let bvh = Bvh::build(&scene.name, &scene.triangles)?;
+    let upload = || GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh);
+    let queried = RayBackend::choose(Some(RayBackend::RayQuery), &gpu);
+    let queried = queried.ok().map(|backend| upload()?.with_rays(backend)).transpose()?;
     let stats = bvh.stats();
     println!(
         "{}: {} triangles, {} nodes, built in {:.0} ms; {}",
@@ -40,77 +43,112 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
 
     let coherent = camera_rays(&scene)?;
-    let mut bench =
-        Bench { executor: Executor::new(&gpu), pass: TraceRays::new(&lightloom_passes::shaders())?, scene: &gpu_scene };
-    println!("{:<10} {:>12} {:>12} {:>8} {:>10}", "rays", "WGSL Mray/s", "CPU Mray/s", "ratio", "agreeing");
+    let pass = TraceRays::new(&lightloom_passes::shaders())?;
+    let mut bench = Bench { executor: Executor::new(&gpu), pass, traversed: upload()?, queried };
+    println!(
+        "{:<10} {:>12} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}",
+        "Mray/s", "WGSL", "ray query", "CPU", "WGSL/query", "WGSL/CPU", "query agr.", "CPU agr."
+    );
     let hits = bench.compare("coherent", &bvh, &coherent)?;
     let diffuse = bounce_rays(&scene, &coherent, &hits);
     bench.compare("diffuse", &bvh, &diffuse)?;
     Ok(())
 }
 
-struct Bench<'a> {
+struct Bench {
     executor: Executor,
     pass: TraceRays,
-    scene: &'a GpuScene,
+    traversed: GpuScene,
+    /// `None`: the adapter has no ray queries.
+    queried: Option<GpuScene>,
 }
 
-impl Bench<'_> {
+impl Bench {
     fn compare(&mut self, name: &str, bvh: &Bvh, rays: &[Ray]) -> Result<Vec<RayHit>, Box<dyn Error>> {
-        let mut best_gpu_ms = f64::INFINITY;
-        let mut hits = Vec::new();
+        let (mut wgsl, mut query, mut cpu) = (Best::default(), Best::default(), Best::default());
         for repeat in 0..=REPEATS {
-            let (found, ms) = self.trace(rays)?;
-            hits = found;
-            if repeat > 0 {
-                best_gpu_ms = best_gpu_ms.min(ms);
+            let counts = repeat > 0;
+            wgsl.take(counts, trace(&mut self.executor, &self.pass, &self.traversed, rays)?);
+            if let Some(queried) = &self.queried {
+                query.take(counts, trace(&mut self.executor, &self.pass, queried, rays)?);
             }
-        }
-        let mut best_cpu_ms = f64::INFINITY;
-        let mut cpu = Vec::new();
-        for _ in 0..REPEATS {
             let start = Instant::now();
-            cpu = trace_on_cpu(bvh, rays);
-            best_cpu_ms = best_cpu_ms.min(start.elapsed().as_secs_f64() * 1e3);
+            let hits = trace_on_cpu(bvh, rays);
+            cpu.take(counts, (hits, start.elapsed().as_secs_f64() * 1e3));
         }
-        let agree = cpu.iter().zip(&hits).filter(|(cpu, gpu)| **cpu == gpu.triangle).count();
         let rate = |ms: f64| rays.len() as f64 / ms / 1e3;
-        println!(
-            "{name:<10} {:>12.2} {:>12.2} {:>8.2} {:>9.3}%",
-            rate(best_gpu_ms),
-            rate(best_cpu_ms),
-            rate(best_gpu_ms) / rate(best_cpu_ms),
+        let agreeing = |ids: &mut dyn Iterator<Item = u32>| {
+            let agree = ids.zip(&wgsl.hits).filter(|(id, hit)| *id == hit.triangle).count();
             100.0 * agree as f64 / rays.len() as f64
+        };
+        let (query_rate, of_query, query_agrees) = if self.queried.is_some() {
+            let agree = agreeing(&mut query.hits.iter().map(|hit| hit.triangle));
+            (format!("{:.2}", rate(query.ms)), format!("{:.2}", query.ms / wgsl.ms), format!("{agree:.3}%"))
+        } else {
+            ("none".into(), "-".into(), "-".into())
+        };
+        println!(
+            "{name:<10} {:>12.2} {query_rate:>12} {:>12.2} {of_query:>10} {:>10.2} {query_agrees:>10} {:>9.3}%",
+            rate(wgsl.ms),
+            rate(cpu.ms),
+            cpu.ms / wgsl.ms,
+            agreeing(&mut cpu.hits.iter().copied()),
         );
-        Ok(hits)
-    }
-
-    fn trace(&mut self, rays: &[Ray]) -> Result<(Vec<RayHit>, f64), Box<dyn Error>> {
-        let device = self.executor.device();
-        let buffer = lightloom_graph::wgpu::util::DeviceExt::create_buffer_init(
-            device,
-            &lightloom_graph::wgpu::util::BufferInitDescriptor {
-                label: Some("rays"),
-                contents: bytemuck::cast_slice(rays),
-                usage: lightloom_graph::wgpu::BufferUsages::STORAGE,
-            },
-        );
-        let mut graph = Graph::new("traversal");
-        let scene = self.scene.declare(&mut graph);
-        let handle = graph.import_buffer("rays", BufferDesc::array_of::<Ray>(rays.len() as u64), buffer);
-        let hits = self.pass.add(&mut graph, &scene, &handle, rays.len() as u32);
-        let readback = graph.readback_buffer(&hits);
-        let output = self.executor.execute(graph)?;
-        let ms = output
-            .passes
-            .iter()
-            .find(|pass| &*pass.name == "trace_rays")
-            .and_then(|pass| pass.gpu_ms)
-            .ok_or("the adapter has no timestamps")?;
-        Ok((output.cast(readback), ms))
+        Ok(wgsl.hits)
     }
 }
 
+/// The latest hits, and the least time of all (ms).
+struct Best<T> {
+    hits: Vec<T>,
+    ms: f64,
+}
+
+impl<T> Default for Best<T> {
+    fn default() -> Self {
+        Self { hits: Vec::new(), ms: f64::INFINITY }
+    }
+}
+
+impl<T> Best<T> {
+    fn take(&mut self, counts: bool, (hits, ms): (Vec<T>, f64)) {
+        self.hits = hits;
+        if counts {
+            self.ms = self.ms.min(ms);
+        }
+    }
+}
+
+/// The hits, and the time of the pass (ms).
+fn trace(
+    executor: &mut Executor,
+    pass: &TraceRays,
+    scene: &GpuScene,
+    rays: &[Ray],
+) -> Result<(Vec<RayHit>, f64), Box<dyn Error>> {
+    let device = executor.device();
+    let buffer = lightloom_graph::wgpu::util::DeviceExt::create_buffer_init(
+        device,
+        &lightloom_graph::wgpu::util::BufferInitDescriptor {
+            label: Some("rays"),
+            contents: bytemuck::cast_slice(rays),
+            usage: lightloom_graph::wgpu::BufferUsages::STORAGE,
+        },
+    );
+    let mut graph = Graph::new("traversal");
+    let handles = scene.declare(&mut graph);
+    let handle = graph.import_buffer("rays", BufferDesc::array_of::<Ray>(rays.len() as u64), buffer);
+    let hits = pass.add(&mut graph, &handles, &handle, rays.len() as u32);
+    let readback = graph.readback_buffer(&hits);
+    let output = executor.execute(graph)?;
+    let ms = output
+        .passes
+        .iter()
+        .find(|pass| &*pass.name == "trace_rays")
+        .and_then(|pass| pass.gpu_ms)
+        .ok_or("the adapter has no timestamps")?;
+    Ok((output.cast(readback), ms))
+}
 fn camera_rays(scene: &Scene) -> Result<Vec<Ray>, Box<dyn Error>> {
     let camera = scene.camera(None)?;
     let tan = (0.5 * camera.yfov).tan();

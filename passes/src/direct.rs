@@ -60,7 +60,7 @@ impl DirectLight {
             pad0: 0,
         };
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&params))
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)
             .read("emission", &gbuffer.emission)

@@ -50,7 +50,7 @@ impl GBufferPass {
             emission: graph.texture("gbuffer_emission", radiance_desc(camera.size)),
         };
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&GBufferParams { camera: *camera }))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&GBufferParams { camera: *camera }))
             .read("visibility", visibility)
             .write("position", &mut gbuffer.position)
             .write("surface", &mut gbuffer.surface)

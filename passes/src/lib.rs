@@ -27,6 +27,7 @@ mod photon_scatter;
 mod photon_splat;
 mod photon_trace;
 mod prefix_sum;
+mod ray_backend;
 mod rsm;
 pub mod scene;
 mod scene_bind;
@@ -49,6 +50,7 @@ pub use photon_path::{LivePaths, PackedDifferential, PathBuffers, PhotonBatch, P
 pub use photon_splat::{PhotonSplat, Splats};
 pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
 pub use prefix_sum::PrefixSum;
+pub use ray_backend::{RayBackend, RayBackendError};
 pub use rsm::{Rsm, RsmMaps, RsmSource};
 pub use scene_shader::SceneShader;
 pub use specular_pixels::SpecularPixels;

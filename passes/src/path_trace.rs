@@ -97,7 +97,7 @@ impl PathTrace {
                 pad1: 0,
             };
             scene
-                .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+                .bind(graph.compute(&self.shader.variant(scene)).params(&params))
                 .read("splats", splats)
                 .write("direct", &mut layers.direct)
                 .write("indirect", &mut layers.indirect)

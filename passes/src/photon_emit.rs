@@ -33,7 +33,7 @@ impl PhotonSource for PhotonEmit {
         let PhotonBatch { emitted, first, count, seed } = batch;
         let params = PhotonEmitParams { lights: info.into(), emitted, first, count, seed };
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&params))
             .write("rays", &mut out.rays)
             .write("paths", &mut out.paths)
             .write("live", &mut out.live)

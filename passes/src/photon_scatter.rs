@@ -58,7 +58,7 @@ impl PhotonScatter {
             pad2: 0,
         };
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&params))
             .read("hits", bounce.hits)
             .write("rays", &mut paths.rays)
             .write("paths", &mut paths.paths)

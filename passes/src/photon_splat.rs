@@ -64,7 +64,7 @@ impl PhotonSplat {
         let scale = if spread > 0.0 { 65_536.0 / spread } else { 1.0 };
         let params = PhotonSplatParams { camera: *camera, capacity: photons.capacity, splat_scale: scale, seed, pad0: 0 };
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&params))
             .read("photons", &photons.records)
             .read("state", &photons.state)
             .write("splats", &mut buffer)

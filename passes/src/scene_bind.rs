@@ -1,5 +1,6 @@
 //! Binding a scene to a pass: the group of resources that all rays need.
 
+use crate::RayBackend;
 use crate::scene::SceneHandles;
 use lightloom_graph::{ComputePass, RasterPass, wgpu::TextureFormat};
 
@@ -18,9 +19,18 @@ macro_rules! bind {
 }
 
 impl SceneHandles {
-    /// Binds what the shader uses of `shared/scene_bindings.wgsl`.
+    /// What traces the scene's rays.
+    pub fn rays(&self) -> RayBackend {
+        if self.ray_query_scene.is_some() { RayBackend::RayQuery } else { RayBackend::Bvh }
+    }
+
+    /// Binds what the shader uses of `shared/scene_bindings.wgsl` and `shared/ray_query.wgsl`.
     pub fn bind<'g, 'f>(&self, pass: ComputePass<'g, 'f>) -> ComputePass<'g, 'f> {
-        bind!(pass, self)
+        let pass = bind!(pass, self);
+        match &self.ray_query_scene {
+            Some(structure) => pass.read_if_used("ray_query_scene", structure),
+            None => pass,
+        }
     }
 
     /// Binds what the shader uses of `shared/scene_bindings.wgsl`.

@@ -1,6 +1,7 @@
-//! A shader that is specialised to what occurs in a scene.
+//! A shader that is specialised to what occurs in a scene, and to what traces the scene's rays.
 
-use crate::scene::SceneTraits;
+use crate::RayBackend;
+use crate::scene::{SceneHandles, SceneTraits};
 use lightloom_graph::{ComputeShader, ShaderError, WgslSources};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,21 +10,34 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Clone, Debug)]
 pub struct SceneShader {
     general: ComputeShader,
-    variants: Arc<Mutex<HashMap<SceneTraits, ComputeShader>>>,
+    /// The version that traces by ray queries.
+    ray_query: Option<ComputeShader>,
+    variants: Arc<Mutex<HashMap<(SceneTraits, RayBackend), ComputeShader>>>,
 }
 
 impl SceneShader {
-    /// Parses the shader in `path` of `sources`.
+    /// Parses the shader in `path` of `sources` and, for shaders that trace rays, its second version beside it: that of
+    /// `mine/gather.wgsl` is `mine/ray_query/gather.wgsl`, three lines like those of `passes/ray_query/trace_rays.wgsl`. A shader
+    /// without one traces through the hierarchy, or not at all.
     pub fn new(sources: &WgslSources, path: &str) -> Result<Self, ShaderError> {
-        Ok(Self { general: ComputeShader::new(sources, path)?, variants: Arc::default() })
+        let second = match path.rsplit_once('/') {
+            Some((folder, file)) => format!("{folder}/ray_query/{file}"),
+            None => format!("ray_query/{path}"),
+        };
+        let ray_query = if sources.paths().contains(&second) { Some(ComputeShader::new(sources, &second)?) } else { None };
+        Ok(Self { general: ComputeShader::new(sources, path)?, ray_query, variants: Arc::default() })
     }
 
-    /// The shader for scenes with `traits`.
-    pub fn variant(&self, traits: SceneTraits) -> ComputeShader {
+    /// The shader for `scene`.
+    pub fn variant(&self, scene: &SceneHandles) -> ComputeShader {
         let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
+        let general = match (scene.rays(), &self.ray_query) {
+            (RayBackend::RayQuery, Some(ray_query)) => ray_query,
+            _ => &self.general,
+        };
         variants
-            .entry(traits)
-            .or_insert_with(|| specialise(&self.general, traits).unwrap_or_else(|_| self.general.clone()))
+            .entry((scene.traits, scene.rays()))
+            .or_insert_with(|| specialise(general, scene.traits).unwrap_or_else(|_| general.clone()))
             .clone()
     }
 }
@@ -31,4 +45,30 @@ impl SceneShader {
 /// Sets the overrides; a shader that lacks one stays as it is, which is slower and no less right.
 fn specialise(general: &ComputeShader, traits: SceneTraits) -> Result<ComputeShader, ShaderError> {
     traits.constants().into_iter().try_fold(general.clone(), |shader, (name, value)| shader.with_constant(name, f64::from(value)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{GpuScene, builtin};
+    use lightloom_graph::Graph;
+
+    #[test]
+    fn the_scene_chooses_the_version() {
+        let sources = crate::shaders();
+        let scene = |rays| GpuScene::describe(&builtin::cornell()).unwrap().with_rays(rays).unwrap();
+        let variant = |shader: &SceneShader, rays| {
+            let mut graph = Graph::new("f");
+            shader.variant(&scene(rays).declare(&mut graph))
+        };
+        let both = |path| {
+            let shader = SceneShader::new(&sources, path).unwrap();
+            [variant(&shader, RayBackend::Bvh), variant(&shader, RayBackend::RayQuery)]
+        };
+        let [bvh, query] = both("passes/trace_rays.wgsl");
+        assert!(!bvh.wgsl().contains("enable wgpu_ray_query;"), "{}", bvh.wgsl());
+        assert!(query.wgsl().contains("enable wgpu_ray_query;"), "{}", query.wgsl());
+        let [bvh, query] = both("passes/photon_scatter.wgsl");
+        assert_eq!(bvh.wgsl(), query.wgsl(), "it traces no rays");
+    }
 }

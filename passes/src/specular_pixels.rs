@@ -51,7 +51,7 @@ impl SpecularPixels {
         gathered: &Handle<Texture>,
         settings: PathSettings,
     ) -> Handle<Texture> {
-        let shader = self.shader.variant(scene.traits);
+        let shader = self.shader.variant(scene);
         let add_path = |graph: &mut Graph<'_>, before: &Handle<Texture>, index| {
             let mut indirect = graph.texture("indirect", radiance_desc(camera.size));
             let params = SpecularPixelsParams {

@@ -61,7 +61,7 @@ impl TraceRays {
     pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, rays: &Handle<Buffer>, count: u32) -> Handle<Buffer> {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(count)));
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&TraceRaysParams { count, pad0: 0, pad1: 0, pad2: 0 }))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&TraceRaysParams { count, pad0: 0, pad1: 0, pad2: 0 }))
             .read("rays", rays)
             .write("hits", &mut hits)
             .heavy()
@@ -81,7 +81,7 @@ impl TraceRays {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(places)));
         let params = TraceRaysParams { count: places, pad0: 0, pad1: 0, pad2: 0 };
         let pass = scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&params))
             .read("rays", &paths.rays)
             .write("hits", &mut hits);
         let pass = if heavy { pass.heavy() } else { pass };

@@ -1,5 +1,6 @@
 // Emission and direct light at every pixel of the G-buffer: every lamp by its own shadow ray while there are few, and
 // points on emissive triangles and directions of the environment drawn by power. Where nothing is seen, the environment.
+#import "shared/bvh.wgsl"
 #import "shared/camera.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/lights.wgsl"

@@ -4,6 +4,7 @@
 //   Φ f(ω_P, ω_eye) |ω_P·n_s / ω_P·n_g| cos θ_x / (d² cos³ θ_film A_pixel)
 //
 // with A_pixel the pixel's area on the film at distance 1: the box filter of the picture, exactly.
+#import "shared/bvh.wgsl"
 #import "shared/camera.wgsl"
 #import "shared/dispatch.wgsl"
 #import "shared/photon.wgsl"

@@ -1,5 +1,6 @@
 // What the light of each punctual lamp meets first: one ray per texel of its map. A texel is an equal part of the unit square that
 // `emit_from_light` takes directions or positions from, so the flux that arrives in it is that of one photon.
+#import "shared/bvh.wgsl"
 #import "shared/emission.wgsl"
 
 struct RsmMapParams {

@@ -2,7 +2,7 @@
 // from the same functions that rays use, so that rasterised and traced surfaces cannot differ.
 // Depth is reversed (near / distance): float precision stays relative over the whole range.
 #import "shared/camera.wgsl"
-#import "shared/bvh.wgsl"
+#import "shared/hit.wgsl"
 
 struct VisibilityParams {
     camera: Camera,

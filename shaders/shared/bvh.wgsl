@@ -1,72 +1,14 @@
 // Rays against the scene: traversal of a compressed eight-wide BVH [Ylitie17], "Efficient Incoherent Ray Traversal on
 // GPUs Through Compressed Wide BVHs", with the node layout of the crate obvhs (80 bytes; minima and maxima interleaved).
 //
-// `trace_ray` and `unoccluded` are all that other shaders know of rays: another way to trace them is another file that
-// offers these two over the same `Hit`.
-#import "shared/math.wgsl"
-#import "shared/rng.wgsl"
-#import "shared/scene_bindings.wgsl"
-#import "shared/scene_traits.wgsl"
-#import "shared/texture.wgsl"
+// `trace_ray` and `unoccluded` are all that other shaders know of rays; `shared/ray_query.wgsl` offers the same two.
+#import "shared/hit.wgsl"
 
 // Deeper trees than this are refused when the scene is built.
 const TRAVERSAL_STACK_SIZE: u32 = 32u;
-const NO_HIT: u32 = 0xffffffffu;
-const ALPHA_TESTED: u32 = 0x80000000u;
-
-struct Hit {
-    // Distance along the ray in units of its direction's length.
-    t: f32,
-    // Index into `bvh_triangles`, or NO_HIT.
-    index: u32,
-    // Barycentric weights of the second and third corner.
-    uv: vec2f,
-}
 
 fn bytes_of(word: u32) -> vec4f {
     return vec4f(unpack4xU8(word));
-}
-
-fn triangle_uv(attributes: TriangleAttributes, bary: vec2f) -> vec2f {
-    return attributes.uv0 * (1.0 - bary.x - bary.y) + attributes.uv1 * bary.x + attributes.uv2 * bary.y;
-}
-
-// Whether an alpha-tested triangle lets the ray pass at `bary`. Blending is decided by a coin of the hit's own bits.
-fn alpha_passes(id: u32, bary: vec2f, direction: vec3f) -> bool {
-    let attributes = triangles[id];
-    let material = materials[attributes.material];
-    let alpha = material.base_color.a * sample_texture(material.base_color_texture, triangle_uv(attributes, bary), true).a;
-    if material.alpha_cutoff >= 0.0 {
-        return alpha < material.alpha_cutoff;
-    }
-    let coin = pcg4d(vec4u(bitcast<u32>(bary.x), bitcast<u32>(bary.y), id, bitcast<u32>(direction.x)));
-    return unit_float(coin.x) >= alpha;
-}
-
-// Axes in which the ray is the z axis from 0: two across it, and the third scaled so that z is t.
-fn ray_axes(direction: vec3f) -> mat3x3f {
-    let length = length(direction);
-    let frame = tangent_frame(direction / length);
-    return mat3x3f(frame[0], frame[1], frame[2] / length);
-}
-
-// Watertight along shared edges and corners, after [Woop13], "Watertight Ray/Triangle Intersection", with a rotation in
-// place of its shear. Whether a corner lies left or right of an edge is told by comparing the two products of the 2D
-// cross product: rounding is monotonic, so the answer is right or "equal", and both triangles of an edge take an equal
-// one. A difference would not do: contracted to a fused multiply-add it rounds differently for the two.
-// Returns (t, u, v), t < 0 on a miss.
-fn intersect_triangle(triangle: BvhTriangle, origin: vec3f, axes: mat3x3f) -> vec3f {
-    let a = (triangle.v0 - origin) * axes;
-    let b = (triangle.v1 - origin) * axes;
-    let c = (triangle.v2 - origin) * axes;
-    let plus = vec3f(c.x * b.y, a.x * c.y, b.x * a.y);
-    let minus = vec3f(c.y * b.x, a.y * c.x, b.y * a.x);
-    let weights = plus - minus;
-    let det = weights.x + weights.y + weights.z;
-    let inside = all(plus >= minus) || all(plus <= minus);
-    let bary = weights / det;
-    let t = bary.x * a.z + bary.y * b.z + bary.z * c.z;
-    return select(vec3f(-1.0), vec3f(t, bary.yz), inside && det != 0.0);
 }
 
 // Children of a node that the ray meets between `t_min` and `t_max`: a bit per inner child in the top byte, a bit per triangle below.

@@ -1,4 +1,5 @@
 // Light that arrives at a surface straight from the lights.
+#import "shared/bvh.wgsl"
 #import "shared/surface.wgsl"
 #import "shared/environment.wgsl"
 

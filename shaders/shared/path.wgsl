@@ -4,6 +4,7 @@
 // Light that leaves a point or directional light through a mirror or a refractor and meets a diffuse surface cannot be
 // sampled from the eye; particles traced from the lights add it (see passes/photon_splat.wgsl).
 #import "shared/rng.wgsl"
+#import "shared/bvh.wgsl"
 #import "shared/surface.wgsl"
 #import "shared/lights.wgsl"
 

@@ -11,7 +11,7 @@
 #import "shared/math.wgsl"
 #import "shared/brdf.wgsl"
 #import "shared/dielectric.wgsl"
-#import "shared/bvh.wgsl"
+#import "shared/hit.wgsl"
 #import "shared/texture.wgsl"
 
 // A metal smoother than this is a mirror.

@@ -34,6 +34,12 @@ pub const FILES: &[(&str, &str)] = embed![
     "passes/prefix_sum_apply.wgsl",
     "passes/prefix_sum_blocks.wgsl",
     "passes/prefix_sum_scan.wgsl",
+    "passes/ray_query/direct.wgsl",
+    "passes/ray_query/path_trace.wgsl",
+    "passes/ray_query/photon_splat.wgsl",
+    "passes/ray_query/rsm_map.wgsl",
+    "passes/ray_query/specular_pixels.wgsl",
+    "passes/ray_query/trace_rays.wgsl",
     "passes/rsm_emit.wgsl",
     "passes/rsm_map.wgsl",
     "passes/rsm_pyramid.wgsl",
@@ -53,6 +59,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/flux_ledger.wgsl",
     "shared/gbuffer.wgsl",
     "shared/hash_grid.wgsl",
+    "shared/hit.wgsl",
     "shared/lights.wgsl",
     "shared/math.wgsl",
     "shared/path.wgsl",
@@ -62,6 +69,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/photon_start.wgsl",
     "shared/radiance_sum.wgsl",
     "shared/ray_differential.wgsl",
+    "shared/ray_query.wgsl",
     "shared/rays.wgsl",
     "shared/rng.wgsl",
     "shared/scene.wgsl",
@@ -117,8 +125,10 @@ mod tests {
     #[test]
     fn every_import_is_listed() {
         for (path, source) in super::FILES {
-            for line in source.lines().filter_map(|line| line.strip_prefix("#import ")) {
-                let target = line.trim().trim_matches('"');
+            // `"a.wgsl"` or `"a.wgsl" as "b.wgsl"`.
+            let imports = source.lines().filter_map(|line| line.strip_prefix("#import "));
+            for target in imports.flat_map(|paths| paths.split(" as ")) {
+                let target = target.trim().trim_matches('"');
                 let listed = super::FILES.iter().any(|(other, _)| *other == target);
                 assert!(listed, "{path} imports {target}, which is not listed");
             }

@@ -7,7 +7,7 @@ use lightloom_graph::{Executor, FrameOutput, Gpu, Graph, Handle, Memory, Readbac
 use lightloom_passes::scene::{Camera, Emission, GpuScene, Scene, SceneHandles};
 use lightloom_passes::{
     CameraUniform, DirectLight, DirectSettings, GBuffer, GBufferPass, PathSettings, PathTrace, Photon, PhotonSettings,
-    PhotonState, PhotonTracing, Photons, Ray, RayHit, TraceRays, Visibility, radiance_desc, shaders,
+    PhotonState, PhotonTracing, Photons, Ray, RayBackend, RayHit, TraceRays, Visibility, radiance_desc, shaders,
 };
 use lightloom_strategies::{Exact, FrameInputs, HashGrid, Strategy, Tiled};
 
@@ -110,8 +110,20 @@ impl Lab {
     /// # Panics
     /// If a shader is invalid.
     pub fn open() -> Option<Self> {
-        let (gpu, sources) = (Gpu::for_tests()?, shaders());
-        Some(Self {
+        Some(Self::on(Gpu::for_tests()?))
+    }
+
+    /// As [`Self::open`], on an adapter that has ray queries.
+    ///
+    /// # Panics
+    /// As [`Self::open`].
+    pub fn open_with_ray_queries() -> Option<Self> {
+        Some(Self::on(Gpu::for_tests_with(RayBackend::RayQuery.features())?))
+    }
+
+    fn on(gpu: Gpu) -> Self {
+        let sources = shaders();
+        Self {
             executor: Executor::new(&gpu),
             visibility: Visibility::new(&sources).expect("visibility.wgsl is valid"),
             gbuffer: GBufferPass::new(&sources).expect("gbuffer.wgsl is valid"),
@@ -121,7 +133,7 @@ impl Lab {
             rays: TraceRays::new(&sources).expect("trace_rays.wgsl is valid"),
             gpu,
             sources,
-        })
+        }
     }
 
     /// The scene in GPU memory.

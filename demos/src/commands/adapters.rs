@@ -1,6 +1,8 @@
 //! `lightloom adapters`: what this machine offers, and which strategies run on it.
 
+use lightloom_graph::wgpu::Features;
 use lightloom_graph::{AdapterSummary, GpuError, adapters};
+use lightloom_passes::RayBackend;
 use lightloom_strategies::{Strategy, by_name, registry};
 use std::fmt::Write as _;
 
@@ -36,6 +38,7 @@ fn describe(adapter: &AdapterSummary, strategies: &[Box<dyn Strategy>]) -> Strin
         ("driver", driver.trim().to_owned()),
         ("largest image", format!("{0}x{0}", limits.max_texture_dimension_2d)),
         ("largest buffer binding", bytes(limits.max_storage_buffer_binding_size)),
+        ("rays", ray_backends(adapter.features).join(", ")),
         ("workgroup memory", bytes(limits.max_compute_workgroup_storage_size.into())),
     ];
     let mut text = format!("{}\n", info.name);
@@ -49,6 +52,12 @@ fn describe(adapter: &AdapterSummary, strategies: &[Box<dyn Strategy>]) -> Strin
     }
     text.push('\n');
     text
+}
+
+/// What `--trace` can be.
+fn ray_backends(features: Features) -> Vec<&'static str> {
+    let has = |backend: &RayBackend| features.contains(backend.features());
+    [RayBackend::Bvh, RayBackend::RayQuery].iter().filter(|backend| has(backend)).map(|backend| backend.name()).collect()
 }
 
 fn parameters(strategy: &dyn Strategy) -> String {

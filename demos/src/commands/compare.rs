@@ -76,6 +76,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     } else {
         console::print(&table(&results))?;
     }
+    console::note(&format!("rays traced by {}", results.trace));
     console::note(&format!("report: {}", args.output.join("report.html").display()));
     Ok(())
 }
@@ -142,6 +143,7 @@ fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
     Results {
         scene: scene.scene.display().to_string(),
         adapter: session.adapter().to_owned(),
+        trace: session.trace().to_owned(),
         size: scene.size.0,
         lights: session.lights(),
         settings: Settings {

@@ -74,6 +74,7 @@ fn tap_summary(session: &Session, pass: &str, tapped: &Tapped, format: ImageForm
     };
     left_aligned(vec![
         vec!["adapter".to_owned(), session.adapter().to_owned()],
+        vec!["rays".to_owned(), session.trace().to_owned()],
         vec!["pass".to_owned(), pass.to_owned()],
         vec!["texture".to_owned(), format!("{}, {}", tapped.resource, tapped.description)],
         vec!["shown".to_owned(), shown],
@@ -113,6 +114,7 @@ fn summary(session: &Session, rendering: &Rendering, output: &Path, picture: &Pi
     let row = &rendering.row;
     let mut rows = vec![
         vec!["adapter".to_owned(), session.adapter().to_owned()],
+        vec!["rays".to_owned(), session.trace().to_owned()],
         vec!["size".to_owned(), format!("{}x{}", picture.size()[0], picture.size()[1])],
         vec!["time".to_owned(), format!("{} s", number(Some(row.wall_ms / 1000.0)))],
         vec!["GPU time".to_owned(), format!("{} ms per frame", number(row.gpu_ms))],

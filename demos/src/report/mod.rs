@@ -73,6 +73,7 @@ fn header(results: &Results) -> String {
     let settings = &results.settings;
     let mut facts = vec![
         ("adapter", results.adapter.clone()),
+        ("rays", results.trace.clone()),
         ("size", format!("{} × {}", results.size[0], results.size[1])),
         ("layer", settings.layer.clone()),
         ("camera", settings.camera.clone()),

@@ -51,7 +51,7 @@ impl PhotonSource for RsmSource<'_> {
         let lights = (&info.with_emission(Emission::Uniform)).into();
         let params = RsmEmitParams { lights, emitted, first, count, seed, maps, pad0: 0, pad1: 0, pad2: 0 };
         scene
-            .bind(graph.compute(&self.emit.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.emit.shader.variant(scene)).params(&params))
             .read("importance", &self.maps.importance)
             .write("rays", &mut out.rays)
             .write("paths", &mut out.paths)

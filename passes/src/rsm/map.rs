@@ -33,7 +33,7 @@ impl RsmMap {
     pub(super) fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, size: u32, maps: &mut RsmMaps) {
         let params = RsmMapParams { lights: info.into(), size, albedo_floor: ALBEDO_FLOOR, pad0: 0, pad1: 0 };
         scene
-            .bind(graph.compute(&self.shader.variant(scene.traits)).params(&params))
+            .bind(graph.compute(&self.shader.variant(scene)).params(&params))
             .write_at("importance", &mut maps.importance, Subresources::mip(0))
             .heavy()
             .dispatch([size / 8, size / 8, maps.count]);

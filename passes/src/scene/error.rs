@@ -153,4 +153,7 @@ pub enum SceneError {
         /// The name of the limit in `wgpu::Limits`.
         limit: &'static str,
     },
+    /// The scene's rays cannot be traced as asked.
+    #[error(transparent)]
+    Rays(crate::RayBackendError),
 }

@@ -6,10 +6,13 @@
 //!                                   └────────────────────────┘
 //! ```
 //!
+//! [`GpuScene::with_rays`] adds an acceleration structure of the device's own, for ray queries.
+//!
 //! A [`Scene`] is flat: every instance of every node becomes triangles in world space (metres), so
 //! that there is one hierarchy and no transform at hit time. Units are those of [`Light`] and
 //! [`Material`]: intensity in W·sr⁻¹, irradiance in W·m⁻², radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
 
+mod acceleration;
 mod budget;
 mod camera;
 mod environment;

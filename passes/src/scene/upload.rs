@@ -5,12 +5,16 @@ use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
-use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits};
-use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, wgpu};
+use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits, acceleration};
+use crate::{RayBackend, RayBackendError};
+use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, Tlas, wgpu};
 
 /// A scene in GPU memory.
 #[derive(Debug)]
 pub struct GpuScene {
+    name: String,
+    /// `None`: described only.
+    gpu: Option<(wgpu::Device, wgpu::Queue)>,
     bvh_nodes: Resident,
     bvh_triangles: Resident,
     triangles: Resident,
@@ -18,6 +22,9 @@ pub struct GpuScene {
     lights: Resident,
     texels: (Option<wgpu::Texture>, TextureDesc),
     environment: (Option<wgpu::Texture>, TextureDesc),
+    rays: RayBackend,
+    /// What ray queries search, once it was built.
+    acceleration: Option<wgpu::Tlas>,
     budget: PhotonBudget,
     info: SceneInfo,
     traits: SceneTraits,
@@ -42,6 +49,8 @@ pub struct SceneHandles {
     pub texels: Handle<Texture>,
     /// The environment's map and how to draw from it, rgba32float; see `shared/environment.wgsl`.
     pub environment: Handle<Texture>,
+    /// What ray queries search; `None`: rays are traced through the hierarchy.
+    pub ray_query_scene: Option<Handle<Tlas>>,
     /// What the scene asks of the shaders.
     pub traits: SceneTraits,
 }
@@ -110,6 +119,8 @@ impl GpuScene {
         to.drain();
 
         Ok(Self {
+            name: scene.name.clone(),
+            gpu: gpu.map(|(device, queue)| (device.clone(), queue.clone())),
             bvh_nodes,
             bvh_triangles,
             triangles,
@@ -117,6 +128,8 @@ impl GpuScene {
             lights,
             texels,
             environment,
+            rays: RayBackend::Bvh,
+            acceleration: None,
             budget: list.budget,
             info: SceneInfo {
                 bounds_center,
@@ -133,6 +146,38 @@ impl GpuScene {
         })
     }
 
+    /// The scene with its rays traced by `backend` in every pass; a new scene's are by [`RayBackend::Bvh`]. Ray queries take an
+    /// acceleration structure, which is built the first time they are asked for.
+    ///
+    /// # Errors
+    /// [`SceneError::Rays`] where the device was opened without ray queries, [`SceneError::DeviceLimit`] for more triangles than its
+    /// structures hold.
+    pub fn with_rays(mut self, backend: RayBackend) -> Result<Self, SceneError> {
+        if backend == RayBackend::RayQuery && self.acceleration.is_none() {
+            self.acceleration = self.accelerate()?;
+        }
+        self.rays = backend;
+        Ok(self)
+    }
+
+    /// The acceleration structure, or `None` for a scene that is only described.
+    fn accelerate(&self) -> Result<Option<wgpu::Tlas>, SceneError> {
+        let (Some((device, queue)), Some(buffer)) = (&self.gpu, &self.bvh_triangles.buffer) else { return Ok(None) };
+        if !device.features().contains(RayBackend::RayQuery.features()) {
+            return Err(SceneError::Rays(RayBackendError::NotEnabled));
+        }
+        let triangles = self.info.triangle_count;
+        let (vertices, most) = (acceleration::vertices(triangles), device.limits().max_blas_primitive_count);
+        let within = Writer::new(Some((device, queue)), &self.name);
+        within.allow("ray_query_scene", vertices, "vertices", most.into(), "max_blas_primitive_count")?;
+        Ok(Some(acceleration::build(device, queue, buffer, triangles, !self.traits.alpha)))
+    }
+
+    /// What traces the scene's rays.
+    pub fn rays(&self) -> RayBackend {
+        self.rays
+    }
+
     /// Imports the scene into a frame's graph.
     pub fn declare(&self, graph: &mut Graph<'_>) -> SceneHandles {
         let mut import = |resident: &Resident| graph.import_buffer(resident.name, resident.desc.clone(), resident.buffer.clone());
@@ -143,7 +188,10 @@ impl GpuScene {
         let texels = graph.import_texture("texels", desc.clone(), texture.clone());
         let (texture, desc) = &self.environment;
         let environment = graph.import_texture("environment", desc.clone(), texture.clone());
-        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, traits: self.traits }
+        let ray_query_scene =
+            (self.rays == RayBackend::RayQuery).then(|| graph.import_tlas("ray_query_scene", self.acceleration.clone()));
+        let traits = self.traits;
+        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene, traits }
     }
 
     /// Bounds, counts and flux: what strategies need to know.
@@ -156,7 +204,7 @@ impl GpuScene {
         &self.budget
     }
 
-    /// Bytes that the scene takes on the GPU.
+    /// Bytes that the scene takes on the GPU, less the acceleration structure, whose size wgpu does not tell.
     pub fn bytes(&self) -> u64 {
         [&self.bvh_nodes, &self.bvh_triangles, &self.triangles, &self.materials, &self.lights]
             .iter()

@@ -3,6 +3,7 @@
 use super::environment::Map;
 use super::pages::{MOST_TEXELS, Pages, Strip};
 use super::{SceneError, TextureData};
+use crate::RayBackend;
 use lightloom_graph::{BufferDesc, ShaderStruct, TextureDesc, wgpu};
 
 /// Bytes converted and written at once.
@@ -40,10 +41,15 @@ impl<'a> Writer<'a> {
         let binding = limits.max_storage_buffer_binding_size;
         self.allow(name, desc.size, "bytes", binding, "max_storage_buffer_binding_size")?;
         self.allow(name, desc.size, "bytes", limits.max_buffer_size, "max_buffer_size")?;
+        let mut usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        if device.features().contains(RayBackend::RayQuery.features()) {
+            // `bvh_triangles` may become the geometry of an acceleration structure.
+            usage |= wgpu::BufferUsages::BLAS_INPUT;
+        }
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(name),
             size: desc.size,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            usage,
             mapped_at_creation: false,
         });
         Ok(Resident { name, buffer: Some(buffer), desc })
@@ -177,7 +183,8 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn allow(
+    /// [`SceneError::DeviceLimit`] unless what `resource` needs is within the device's limit.
+    pub(super) fn allow(
         &self,
         resource: &'static str,
         needed: u64,

@@ -228,5 +228,6 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let (materials, lights) = (buffer("materials"), buffer("lights"));
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
     let environment = graph.import_texture("environment", TextureDesc::new_2d([2, 1], POSITION), None);
-    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, traits: SceneTraits::default() }
+    let traits = SceneTraits::default();
+    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene: None, traits }
 }

@@ -12,6 +12,7 @@ mod frosted;
 mod ledger;
 mod lights;
 mod plane;
+mod ray_query;
 mod references;
 mod refraction;
 mod roulette;

@@ -6,20 +6,26 @@ use lightloom_passes::{
     CameraUniform, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonPath, PhotonState, Ray,
     RayHit, shaders,
 };
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, TypeInner};
 use std::collections::BTreeSet;
 
 /// The flattened file, parsed and validated for any WebGPU device.
 fn module(path: &str) -> Module {
+    reflected(path).0
+}
+
+/// As [`module`], with what each entry point uses.
+fn reflected(path: &str) -> (Module, ModuleInfo) {
     let flat = shaders().flatten(path).unwrap_or_else(|error| panic!("{error}"));
     let module =
         naga::front::wgsl::parse_str(flat.source()).unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
-    // No capability beyond WebGPU's, to which `pack2x16float` belongs.
+    // No capability beyond WebGPU's, to which `pack2x16float` belongs, but for shaders that say so by their folder.
     let webgpu = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
-    let validated = Validator::new(ValidationFlags::all(), webgpu).validate(&module);
-    validated.unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
-    module
+    let beyond = if path.contains("/ray_query/") { Capabilities::RAY_QUERY } else { Capabilities::empty() };
+    let validated = Validator::new(ValidationFlags::all(), webgpu | beyond).validate(&module);
+    let info = validated.unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
+    (module, info)
 }
 
 #[test]
@@ -28,8 +34,9 @@ fn naga_validates_every_shader() {
     let mut entry_points = 0;
     for (path, text) in lightloom_shaders::FILES {
         let has_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
-        assert_eq!(has_entry, !path.starts_with("shared/"), "{path}: entry points live outside of shared/");
-        if !has_entry {
+        let is_second_version = path.contains("/ray_query/");
+        assert_eq!(has_entry || is_second_version, !path.starts_with("shared/"), "{path}: entry points live outside of shared/");
+        if path.starts_with("shared/") {
             continue;
         }
         let module = module(path);
@@ -51,6 +58,35 @@ fn naga_validates_every_shader() {
     for (path, _) in lightloom_shaders::FILES {
         assert!(covered.contains(path), "{path} is used by no entry point, so nothing checks it");
     }
+}
+
+/// Whether the first entry point of the file uses the variable.
+fn uses(path: &str, variable: &str) -> bool {
+    let (module, info) = reflected(path);
+    let mut globals = module.global_variables.iter();
+    let found = globals.find(|(_, global)| global.name.as_deref() == Some(variable));
+    found.is_some_and(|(handle, _)| !info.get_entry_point(0)[handle].is_empty())
+}
+
+#[test]
+fn every_shader_that_traces_has_a_version_with_ray_queries() {
+    let known = |wanted: &str| lightloom_shaders::FILES.iter().any(|(path, _)| *path == wanted);
+    let mut traced = 0;
+    for (path, _) in lightloom_shaders::FILES {
+        let Some((folder, file)) =
+            path.rsplit_once('/').filter(|(folder, _)| *folder != "shared" && !folder.ends_with("ray_query"))
+        else {
+            continue;
+        };
+        let second = format!("{folder}/ray_query/{file}");
+        assert_eq!(uses(path, "bvh_nodes"), known(&second), "{path} traces rays, left; there is a {second}, right");
+        if known(&second) {
+            traced += 1;
+            assert!(uses(&second, "ray_query_scene"), "{second} traces by ray queries");
+            assert!(!uses(&second, "bvh_nodes"), "{second} leaves the hierarchy alone");
+        }
+    }
+    assert!(traced >= 6, "{traced} shaders trace rays");
 }
 
 /// Name, offset and size (bytes) of a member.

@@ -5,17 +5,17 @@ use lightloom_passes::scene::{Bvh, Scene, builtin};
 use lightloom_passes::{Ray, RayHit};
 use lightloom_tests::Lab;
 
-const RAYS: u32 = 4000;
+pub(crate) const RAYS: u32 = 4000;
 
 /// A rational lattice over the unit interval: evenly spread, no two dimensions alike.
-fn spread(i: u32, dimension: usize) -> f64 {
+pub(crate) fn spread(i: u32, dimension: usize) -> f64 {
     const RATIOS: [f64; 5] =
         [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_809_4, 0.538_597_257_223_610_6, 0.461_401_575_293_1];
     (0.5 + f64::from(i) * RATIOS[dimension]).fract()
 }
 
 /// Rays from inside the bounds in all directions; some have a zero component or a direction that is not unit.
-fn rays(scene: &Scene) -> Vec<Ray> {
+pub(crate) fn rays(scene: &Scene) -> Vec<Ray> {
     let (least, most) = scene.bounds();
     (0..RAYS)
         .map(|i| {
@@ -101,7 +101,7 @@ fn hits_are_those_of_every_triangle_tested() {
 }
 
 /// A closed, lumpy sphere: every shared corner moved by a random factor, the same in all triangles that share it.
-fn lumpy(seed: u32, offset: Vec3) -> Scene {
+pub(crate) fn lumpy(seed: u32, offset: Vec3) -> Scene {
     let mut scene = builtin::closed_sphere(3);
     for triangle in &mut scene.triangles {
         for corner in &mut triangle.positions_world {
@@ -115,6 +115,15 @@ fn lumpy(seed: u32, offset: Vec3) -> Scene {
     scene
 }
 
+/// Rays from `origin` to the corners of the scene's triangles and to points of their edges; those are at t = 1.
+pub(crate) fn to_edges(scene: &Scene, origin: Vec3) -> Vec<Ray> {
+    (scene.triangles.iter())
+        .flat_map(|triangle| (0..3).map(move |i| (triangle.positions_world[i], triangle.positions_world[(i + 1) % 3])))
+        .flat_map(|(a, b)| [0.0, 0.5, 0.25, 0.1, 0.77].map(|s| a.lerp(b, s) - origin))
+        .map(|direction| Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), pad0: 0 })
+        .collect()
+}
+
 #[test]
 fn no_ray_escapes_a_closed_mesh_through_edges_or_corners() {
     let Some(mut lab) = Lab::open() else { return };
@@ -122,12 +131,7 @@ fn no_ray_escapes_a_closed_mesh_through_edges_or_corners() {
         let scene = lumpy(seed, offset);
         let gpu_scene = lab.upload(&scene);
         // The mesh is star-shaped about its centre; the origin stays well inside the least radius.
-        let origin = offset + Vec3::new(0.11, -0.07, 0.05);
-        let rays: Vec<Ray> = (scene.triangles.iter())
-            .flat_map(|triangle| (0..3).map(move |i| (triangle.positions_world[i], triangle.positions_world[(i + 1) % 3])))
-            .flat_map(|(a, b)| [0.0, 0.5, 0.25, 0.1, 0.77].map(|s| a.lerp(b, s) - origin))
-            .map(|direction| Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), pad0: 0 })
-            .collect();
+        let rays = to_edges(&scene, offset + Vec3::new(0.11, -0.07, 0.05));
         let hits = lab.rays(&gpu_scene, &rays);
         let escaped = hits.iter().filter(|hit| hit.triangle == RayHit::NONE).count();
         assert_eq!(escaped, 0, "mesh {seed}: of {} rays at edges and corners", rays.len());
