@@ -18,14 +18,16 @@ pub struct Reflection {
     pub f0: f64,
 }
 
-/// GGX [Walter07, Eq. 33] in tan θ.
+/// GGX, [Walter07] Eq. 33, in tan θ.
+///
+/// [Walter07]: https://diglib.eg.org/handle/10.2312/EGWR.EGSR07.195-206 "Microfacet models for refraction through rough surfaces, Walter, Marschner, Li and Torrance, EGSR 2007"
 pub fn ggx(alpha: f64, m: DVec3) -> f64 {
     let cos2 = m.z * m.z;
     let tan2 = (1.0 - cos2).max(0.0) / cos2;
     alpha * alpha / (PI * cos2 * cos2 * (alpha * alpha + tan2).powi(2))
 }
 
-/// Λ of Smith's masking [Heitz14, Eq. 72].
+/// Λ of Smith's masking [Heitz14] Eq. 72.
 ///
 /// [Heitz14]: https://jcgt.org/published/0003/02/03/ "Understanding the masking-shadowing function in microfacet-based BRDFs, Heitz, JCGT 3(2), 2014"
 pub fn smith_lambda(alpha: f64, w: DVec3) -> f64 {
@@ -33,7 +35,7 @@ pub fn smith_lambda(alpha: f64, w: DVec3) -> f64 {
     0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
 }
 
-/// Density of the normals visible from `wo` [Heitz18, Eq. 3].
+/// Density of the normals visible from `wo` [Heitz18] Eq. 3.
 ///
 /// [Heitz18]: https://jcgt.org/published/0007/04/01/ "Sampling the GGX distribution of visible normals, Heitz, JCGT 7(4), 2018"
 pub fn visible_normals(alpha: f64, wo: DVec3, m: DVec3) -> f64 {
@@ -70,7 +72,9 @@ impl Reflection {
     }
 }
 
-/// A rough interface between two media, as [Walter07] writes it. Radiance that comes from ω_i leaves to ω_o.
+/// A rough interface between two media, as [Walter07] writes it. Radiance that comes from `ω_i` leaves to `ω_o`.
+///
+/// [Walter07]: https://diglib.eg.org/handle/10.2312/EGWR.EGSR07.195-206 "Microfacet models for refraction through rough surfaces, Walter, Marschner, Li and Torrance, EGSR 2007"
 #[derive(Clone, Copy, Debug)]
 pub struct Interface {
     /// α of GGX.
@@ -83,7 +87,9 @@ pub struct Interface {
     pub thin: bool,
 }
 
-/// Fresnel reflectance [Walter07, Eq. 22] under the cosine `c` towards a medium of relative index `n`.
+/// Fresnel reflectance, [Walter07] Eq. 22, under the cosine `c` towards a medium of relative index `n`.
+///
+/// [Walter07]: https://diglib.eg.org/handle/10.2312/EGWR.EGSR07.195-206 "Microfacet models for refraction through rough surfaces, Walter, Marschner, Li and Torrance, EGSR 2007"
 pub fn fresnel(c: f64, n: f64) -> f64 {
     let g2 = n * n - 1.0 + c * c;
     if g2 <= 0.0 {

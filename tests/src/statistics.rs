@@ -116,7 +116,8 @@ mod tests {
     #[test]
     fn tails_are_those_of_the_tables() {
         // Abramowitz and Stegun, table 26.8.
-        for (freedom, value, p) in [(1.0, 3.841_46, 0.05), (10.0, 18.307, 0.05), (10.0, 29.588_3, 0.001), (100.0, 149.449, 0.001)] {
+        for (freedom, value, p) in [(1.0, 3.841_46, 0.05), (10.0, 18.307, 0.05), (10.0, 29.588_3, 0.001), (100.0, 149.449, 0.001)]
+        {
             let found = upper_gamma(0.5 * freedom, 0.5 * value);
             assert!((found / p - 1.0).abs() < 1e-3, "{freedom} degrees, χ² = {value}: {found}, {p} in the table");
         }

@@ -74,8 +74,14 @@ mod tests {
 
     #[test]
     fn only_what_occurs_is_asked_for() {
-        let none =
-            SceneTraits { glossy: false, refracts: false, rough_refraction: false, textures: false, alpha: false, environment: false };
+        let none = SceneTraits {
+            glossy: false,
+            refracts: false,
+            rough_refraction: false,
+            textures: false,
+            alpha: false,
+            environment: false,
+        };
         assert_eq!(SceneTraits::of(&builtin::cornell()), none);
         let caustics = SceneTraits::of(&builtin::caustics());
         assert_eq!(caustics, SceneTraits { glossy: true, refracts: true, ..none });

@@ -80,7 +80,10 @@ fn by_photons(lab: &mut Lab, scene: &Scene, emitted: u32) -> Mean {
         let traced = lab.photons(&scene, &settings(emitted, BOUNCES, seed));
         assert_eq!(traced.state.dropped, 0, "every photon is stored");
         assert!(traced.state.flux_ledger().balances(), "{:?}", traced.state.flux_ledger());
-        let inside = traced.records.iter().filter(|p| p.position[1].abs() < 1e-4 && p.position[0].abs() < HALF && p.position[2].abs() < HALF);
+        let inside = traced
+            .records
+            .iter()
+            .filter(|p| p.position[1].abs() < 1e-4 && p.position[0].abs() < HALF && p.position[2].abs() < HALF);
         inside.map(|photon| f64::from(decode_flux(photon.flux).y)).sum::<f64>() / f64::from(4.0 * HALF * HALF)
     };
     Mean::of(&(0..SEEDS).map(irradiance).collect::<Vec<_>>())

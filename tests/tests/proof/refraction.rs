@@ -19,7 +19,7 @@ const HEIGHT: f32 = 2.0;
 struct Refractor {
     faces: Vec<(f32, bool)>,
     ior: f64,
-    /// σ_a (1/m).
+    /// `σ_a` (1/m).
     absorption: f64,
     /// Between the lamp's axis and the normal (rad).
     tilt: f64,

@@ -25,7 +25,7 @@ fn drawn(u: vec4f) -> Drawn {
     return Drawn(it.direction, it.pdf, it.weight, it.glossy);
 }
 ";
-/// f both ways: as radiance from ω_i to ω_o, as radiance back, and as flux that comes from ω_i.
+/// f both ways: as radiance from `ω_i` to `ω_o`, as radiance back, and as flux that comes from `ω_i`.
 const BOTH_WAYS: &str = r"
 fn drawn(u: vec4f) -> Drawn {
     let wi = scatter(glass(), params.wo, u, true).direction;
@@ -48,7 +48,7 @@ const COSINES: [f64; 3] = [1.0, 0.6, 0.15];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
-    /// ω_o is outside of a solid.
+    /// `ω_o` is outside of a solid.
     Outside,
     /// Inside; two of the cosines are beyond the critical angle.
     Inside,
@@ -72,7 +72,7 @@ fn params(kind: Kind, cos: f64, roughness: f32) -> SamplerParams {
     }
 }
 
-/// The same in f64, ω_o above.
+/// The same in f64, `ω_o` above.
 fn interface(kind: Kind, roughness: f32) -> Interface {
     let (above, below) = if kind == Kind::Inside { (IOR, 1.0) } else { (1.0, IOR) };
     Interface { alpha: f64::from(roughness).powi(2), above, below, thin: kind == Kind::Thin }
@@ -139,7 +139,11 @@ fn both_lobes_follow_their_density_and_weigh_f_cos_over_pdf() {
                 // Radiance is denser inside by η²; of a thin wall both sides are outside.
                 let radiance = sampler.draw(&mut lab, &SamplerParams { radiance: 1, ..params });
                 let eta2 = if kind == Kind::Thin { 1.0 } else { (model.below / model.above).powi(2) };
-                mean_weight(&radiance, 0).assert_near(reflected + passed / eta2, bias / eta2.min(1.0), &format!("{what}: radiance"));
+                mean_weight(&radiance, 0).assert_near(
+                    reflected + passed / eta2,
+                    bias / eta2.min(1.0),
+                    &format!("{what}: radiance"),
+                );
             }
         }
     }

@@ -36,7 +36,7 @@ fn emit(lab: &mut Lab, scene: &Scene) -> (Vec<Emitted>, DVec3, f64) {
         direction: vector(direction),
         flux: [origin[3], direction[3]].map(f64::from),
     };
-    (words.into_iter().map(photon).collect(), Vec3::from(info.bounds_center).as_dvec3(), f64::from(info.bounds_radius))
+    (words.into_iter().map(photon).collect(), info.bounds_center.as_dvec3(), f64::from(info.bounds_radius))
 }
 
 /// χ² of points in cells of the unit hypercube, 24² or 5⁴.

@@ -9,9 +9,9 @@ mod brdf;
 mod dielectric;
 mod emission;
 
-
 use glam::{DVec3, Vec3};
 use lightloom_graph::{BufferDesc, ComputeShader, Graph, shader_struct};
+use lightloom_passes::scene::{GpuScene, builtin};
 use lightloom_tests::{Cells, ChiSquare, Lab, Mean};
 
 /// χ² tests of this module, at most; of all of them together the threshold speaks.
@@ -135,7 +135,7 @@ struct Drawn {
 struct Sampler {
     draw: ComputeShader,
     integrate: ComputeShader,
-    scene: lightloom_passes::scene::GpuScene,
+    scene: GpuScene,
 }
 
 impl Sampler {
@@ -145,7 +145,7 @@ impl Sampler {
             ComputeShader::new(&lab.sources.with(&[("sampler.wgsl", &text)]), "sampler.wgsl").expect("the kernel is valid")
         };
         // Whatever scene: the kernels only call functions beside which its bindings are declared.
-        let scene = lab.upload(&lightloom_passes::scene::builtin::plane(1.0));
+        let scene = lab.upload(&builtin::plane(1.0));
         Self { draw: kernel(DRAW), integrate: kernel(INTEGRATE), scene }
     }
 
