@@ -75,9 +75,8 @@ impl Texts {
             let Some((import, replaced)) = import_paths(line) else {
                 return Err(ShaderError::Directive { place: place(), line: line.trim().to_owned() });
             };
-            let found = |path: &str| {
-                self.0.get(path).ok_or_else(|| ShaderError::UnknownImport { place: place(), path: path.to_owned() })
-            };
+            let found =
+                |path: &str| self.0.get(path).ok_or_else(|| ShaderError::UnknownImport { place: place(), path: path.to_owned() });
             let text = found(import)?;
             if let Some(replaced) = replaced {
                 found(replaced)?;

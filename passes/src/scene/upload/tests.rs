@@ -102,3 +102,13 @@ fn a_described_scene_declares_the_frame_of_an_uploaded_one() {
     assert_eq!(described.bytes(), uploaded.bytes());
     assert!(described.bvh_nodes.buffer.is_none() && described.texels.0.is_none(), "something was created");
 }
+
+#[test]
+fn ray_queries_on_a_device_without_them_are_refused() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let scene = GpuScene::upload(&gpu.device, &gpu.queue, &builtin::cornell()).unwrap();
+    assert_eq!(scene.rays(), RayBackend::Bvh, "what every device can");
+    let error = scene.with_rays(RayBackend::RayQuery).unwrap_err();
+    assert!(matches!(error, SceneError::Rays(RayBackendError::NotEnabled)), "{error}");
+    assert!(error.to_string().contains("RayBackend::enable"), "{error}");
+}
