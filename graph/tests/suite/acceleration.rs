@@ -172,3 +172,20 @@ fn a_kernel_queries_an_imported_structure() {
         assert_eq!(output.cached_plan, frame > 0);
     }
 }
+
+#[test]
+fn a_closure_is_handed_the_structure_that_it_declares() {
+    let Some(gpu) = Gpu::for_tests_with(wgpu::Features::EXPERIMENTAL_RAY_QUERY) else { return };
+    let structure = one_triangle(&gpu);
+    let handed = std::cell::RefCell::new(None);
+    let mut graph = Graph::new("by hand");
+    let scene = graph.import_tlas("scene", structure.clone());
+    graph.closure("looks").read(&scene).side_effect().record(|context| {
+        *handed.borrow_mut() = Some((context.tlas("scene")?, context.tlas("scenery").unwrap_err()));
+        Ok(())
+    });
+    Executor::new(&gpu).execute(graph).unwrap();
+    let (found, refusal) = handed.into_inner().expect("the closure ran");
+    assert_eq!(found, structure);
+    assert!(refusal.contains("no acceleration structure `scenery`"), "{refusal}");
+}

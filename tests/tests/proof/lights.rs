@@ -98,7 +98,7 @@ fn fifty_lamps_beside_a_sun_get_their_photons_and_emit_their_power() {
 }
 
 /// A sky with a bright spot, a black half and coarse texels, turned by a radian.
-fn sky() -> Environment {
+pub(crate) fn sky() -> Environment {
     let texel = |i: u32| {
         let (x, y) = (i % 16, i / 16);
         let base = if x < 8 { 0.2 + 0.1 * (y as f32) } else { 0.0 };

@@ -10,6 +10,7 @@ mod discs;
 mod equality;
 mod frosted;
 mod ledger;
+mod light_types;
 mod lights;
 mod plane;
 mod ray_query;
