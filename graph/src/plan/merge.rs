@@ -171,6 +171,7 @@ pub(super) fn transient_attachments(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Subresources;
 
     const COLOR: Option<Attachment> = Some(Attachment::Color(0));
     const CLEAR: Option<Attachment> = Some(Attachment::Clear);
@@ -263,5 +264,14 @@ mod tests {
         assert_eq!(units(&[&[clear_a], &[sampled]]), [[0], [1]], "first use is no attachment");
         let draw = (0, COLOR, Write::Keep);
         assert_eq!(units(&[&[draw], &[clear_a], &[draw]]), [vec![0], vec![1, 2]], "a clear begins a render pass");
+    }
+
+    #[test]
+    fn a_clear_of_more_than_is_drawn_into_stays_a_pass() {
+        let pass = |attachment, write, part| vec![Access { attachment, part, ..Access::new(0, "x", false, write, 0) }];
+        let clear = |part| pass(CLEAR, Write::Overwrite, part);
+        let draw = pass(COLOR, Write::Keep, Subresources::mip(0));
+        assert_eq!(merged(&[clear(Subresources::mip(0)), draw.clone()]), [[0, 1]]);
+        assert_eq!(merged(&[clear(Subresources::ALL), draw]), [[0], [1]], "a load would leave the other mips as they were");
     }
 }

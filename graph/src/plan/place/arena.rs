@@ -238,6 +238,14 @@ mod tests {
     }
 
     #[test]
+    fn what_wgpu_takes_for_a_write_lies_apart_from_what_is_read() {
+        let mut declaration = frame(&[512, 512], &[(&[], &[0, 1]), (&[0, 1], &[])]);
+        assert_eq!(planned(&declaration).slots.len(), 1, "both are read");
+        declaration.passes[1].accesses.iter_mut().find(|access| access.resource == 1).unwrap().exclusive = true;
+        assert_eq!(planned(&declaration).slots.len(), 2);
+    }
+
+    #[test]
     fn closures_and_what_is_too_large_have_objects_of_their_own() {
         let passes: [(&[usize], &[usize]); 3] = [(&[], &[0, 1, 2]), (&[0], &[]), (&[1, 2], &[])];
         let mut declaration = frame(&[512, 512, super::LARGEST_ARENA + 4], &passes);
