@@ -187,6 +187,11 @@ mod tests {
     }
 
     fn merged(passes: &[Vec<Access>]) -> Vec<Vec<usize>> {
+        merged_as(passes, |_| {})
+    }
+
+    /// The same, the first pass changed.
+    fn merged_as(passes: &[Vec<Access>], change: impl Fn(&mut PassDecl)) -> Vec<Vec<usize>> {
         let names = (0..passes.len()).map(|i| format!(r#"{{"name": "{i}", "kind": "raster"}}"#)).collect::<Vec<_>>().join(",");
         let texture = |n| {
             format!(r#"{{"name": "{n}", "kind": "texture", "origin": "transient", "format": "r32float", "size": [4, 4, 1]}}"#)
@@ -198,6 +203,7 @@ mod tests {
         for (pass, accesses) in declaration.passes.iter_mut().zip(passes) {
             pass.accesses.clone_from(accesses);
         }
+        change(&mut declaration.passes[0]);
         let units = merge(&declaration, &vec![true; passes.len()]);
         (0..units.len()).map(|unit| units.unit(unit).to_vec()).collect()
     }
@@ -273,5 +279,14 @@ mod tests {
         let draw = pass(COLOR, Write::Keep, Subresources::mip(0));
         assert_eq!(merged(&[clear(Subresources::mip(0)), draw.clone()]), [[0, 1]]);
         assert_eq!(merged(&[clear(Subresources::ALL), draw]), [[0], [1]], "a load would leave the other mips as they were");
+    }
+
+    #[test]
+    fn a_clear_that_must_stand_where_it_does_stays_a_pass() {
+        let pass = |attachment, write| vec![Access { attachment, ..Access::new(0, "x", false, write, 0) }];
+        let passes = [pass(CLEAR, Write::Overwrite), pass(COLOR, Write::Keep)];
+        assert_eq!(merged(&passes), [[0, 1]]);
+        assert_eq!(merged_as(&passes, |clear| clear.pinned = true), [[0], [1]], "its place among pinned passes");
+        assert_eq!(merged_as(&passes, |clear| clear.heavy = true), [[0], [1]], "its own submission");
     }
 }
