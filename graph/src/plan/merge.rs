@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_clear_of_more_than_is_drawn_into_stays_a_pass() {
-        let pass = |attachment, write, part| vec![Access { attachment, part, ..Access::new(0, "x", false, write, 0) }];
+        let pass = |attachment, write, part| vec![Access { part, attachment, ..Access::new(0, "x", false, write, 0) }];
         let clear = |part| pass(CLEAR, Write::Overwrite, part);
         let draw = pass(COLOR, Write::Keep, Subresources::mip(0));
         assert_eq!(merged(&[clear(Subresources::mip(0)), draw.clone()]), [[0, 1]]);
