@@ -149,6 +149,7 @@ fn trace(
         .ok_or("the adapter has no timestamps")?;
     Ok((output.cast(readback), ms))
 }
+
 fn camera_rays(scene: &Scene) -> Result<Vec<Ray>, Box<dyn Error>> {
     let camera = scene.camera(None)?;
     let tan = (0.5 * camera.yfov).tan();

@@ -16,6 +16,8 @@
 
 // A metal smoother than this is a mirror.
 const MIRROR_ROUGHNESS: f32 = 0.03;
+// What is less of a metal than this is none.
+const MIRROR_METALLIC: f32 = 0.95;
 // Bit of Material.flags: Lambert whatever the factors say.
 const MATERIAL_LAMBERT: u32 = 1u;
 // Bit of Material.flags: emits from its back side too.
@@ -113,7 +115,7 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     let facets = SCENE_ROUGH_REFRACTION && surface.brdf.roughness * surface.brdf.roughness >= MIN_ALPHA;
     let bends = material.thickness <= 0.0 || material.ior >= 1.0 + MIN_CONTRAST;
     surface.rough_dielectric = facets && bends && material.transmission > 0.0;
-    surface.mirror = SCENE_GLOSSY && surface.brdf.metallic >= 0.95 && surface.brdf.roughness <= MIRROR_ROUGHNESS;
+    surface.mirror = SCENE_GLOSSY && surface.brdf.metallic >= MIRROR_METALLIC && surface.brdf.roughness <= MIRROR_ROUGHNESS;
     return surface;
 }
 

@@ -24,7 +24,8 @@ pub struct Lab {
     gbuffer: GBufferPass,
     direct: DirectLight,
     path: PathTrace,
-    tracing: PhotonTracing,
+    /// Traces the photons.
+    pub tracing: PhotonTracing,
     rays: TraceRays,
 }
 

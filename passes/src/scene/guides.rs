@@ -9,8 +9,6 @@ use std::collections::HashMap;
 
 /// Spheres at most: a photon's weight looks at all of its light's.
 const MAX_GUIDES: usize = 8;
-/// As `MIRROR_ROUGHNESS` and the metallic value of a mirror in `shared/surface.wgsl`.
-const MIRROR: (f32, f32) = (0.03, 0.95);
 
 /// A sphere in world space (m).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,18 +17,9 @@ pub(super) struct Sphere {
     pub(super) radius: f32,
 }
 
-/// Whether light may leave some point of it in a single direction.
-fn may_be_specular(material: &Material) -> bool {
-    let mirror = material.metallic >= MIRROR.1
-        && (material.roughness <= MIRROR.0 || material.metallic_roughness_texture.is_some())
-        && !material.is_lambert();
-    let smooth = !material.may_refract_roughly() || material.metallic_roughness_texture.is_some();
-    mirror || (material.transmission > 0.0 && smooth)
-}
-
 /// Spheres that together hold every specular triangle.
 pub(super) fn guides(scene: &Scene) -> Vec<Sphere> {
-    let specular: Vec<bool> = scene.materials.iter().map(may_be_specular).collect();
+    let specular: Vec<bool> = scene.materials.iter().map(Material::may_be_specular).collect();
     let triangles = scene.triangles.iter().filter(|t| specular.get(t.material as usize).is_some_and(|&s| s));
     let mut corners: Vec<Vec3> = Vec::new();
     let mut index_of: HashMap<[u32; 3], usize> = HashMap::new();
@@ -135,7 +124,7 @@ mod tests {
         assert!(spheres.len() >= 2 && spheres.len() <= 4, "{spheres:?}");
         let glass = spheres.iter().find(|s| s.center.abs_diff_eq(Vec3::new(0.44, 0.42, -0.3), 0.01)).expect("the glass sphere");
         assert!((glass.radius - 0.36).abs() < 0.01, "{glass:?}");
-        for triangle in scene.triangles.iter().filter(|t| may_be_specular(&scene.materials[t.material as usize])) {
+        for triangle in scene.triangles.iter().filter(|t| scene.materials[t.material as usize].may_be_specular()) {
             let held = spheres.iter().any(|s| triangle.positions_world.iter().all(|p| p.distance(s.center) <= s.radius));
             assert!(held, "{triangle:?}");
         }

@@ -3,10 +3,13 @@
 use super::texture::{TextureData, TextureUse};
 use glam::Vec3;
 
-/// `MIN_ALPHA` of `shared/brdf.wgsl`: narrower GGX is smooth.
+/// As in `shared/brdf.wgsl`: narrower GGX is smooth.
 const MIN_ALPHA: f32 = 1.0e-3;
-/// `MIN_CONTRAST` of `shared/dielectric.wgsl`.
+/// As in `shared/dielectric.wgsl`.
 const MIN_CONTRAST: f32 = 0.01;
+/// As in `shared/surface.wgsl`.
+const MIRROR_ROUGHNESS: f32 = 0.03;
+const MIRROR_METALLIC: f32 = 0.95;
 
 /// How alpha is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -118,6 +121,15 @@ impl Material {
         self.transmission > 0.0 && self.roughness * self.roughness >= MIN_ALPHA && bends
     }
 
+    /// Whether some point of it may scatter light into single directions: a mirror, or a smooth dielectric. Textures only make it
+    /// smoother.
+    pub(crate) fn may_be_specular(&self) -> bool {
+        let textured = self.metallic_roughness_texture.is_some();
+        let mirror = self.metallic >= MIRROR_METALLIC && (self.roughness <= MIRROR_ROUGHNESS || textured) && !self.is_lambert();
+        let smooth = !self.may_refract_roughly() || textured;
+        mirror || (self.transmission > 0.0 && smooth)
+    }
+
     /// Whether any texture belongs to it.
     pub(crate) fn has_texture(&self) -> bool {
         self.base_color_texture.is_some()
@@ -197,6 +209,23 @@ mod tests {
         metal.make_lambert(&[]);
         glass.make_lambert(&[]);
         assert_eq!((metal, glass), before);
+    }
+
+    #[test]
+    fn limits_are_those_of_the_shaders() {
+        let ours = [
+            ("MIN_ALPHA", MIN_ALPHA),
+            ("MIN_CONTRAST", MIN_CONTRAST),
+            ("MIRROR_ROUGHNESS", MIRROR_ROUGHNESS),
+            ("MIRROR_METALLIC", MIRROR_METALLIC),
+        ];
+        for (name, value) in ours {
+            let declared = format!("const {name}: f32 = ");
+            let lines = lightloom_shaders::FILES.iter().flat_map(|(_, text)| text.lines());
+            let theirs: Vec<&str> = lines.filter_map(|line| line.strip_prefix(&declared)?.strip_suffix(';')).collect();
+            assert_eq!(theirs.len(), 1, "`{name}` is declared once: {theirs:?}");
+            assert_eq!(theirs[0].parse(), Ok(value), "{name}");
+        }
     }
 
     #[test]

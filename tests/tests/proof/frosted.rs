@@ -4,8 +4,8 @@
 
 use crate::beams::horizontal;
 use crate::determinism::settings;
-use glam::{Vec2, Vec3};
-use lightloom_passes::scene::{Camera, Light, Material, Scene, Triangle};
+use glam::Vec3;
+use lightloom_passes::scene::{Camera, Light, Material, Scene};
 use lightloom_passes::{PhotonFlags, decode_flux};
 use lightloom_strategies::{Layer, Pipeline, Settings, by_name};
 use lightloom_tests::{Image, Lab, Mean, Pixels, View};
@@ -49,7 +49,7 @@ fn scene(pane: Pane, glass: Material) -> Scene {
 #[derive(Clone, Copy, Debug)]
 enum Lamp {
     Spot,
-    /// A square of 0.5 m that faces down.
+    /// A square of 2 m that faces down.
     Panel,
 }
 
@@ -65,11 +65,7 @@ fn lit(mut scene: Scene, lamp: Lamp) -> Scene {
         return scene;
     }
     scene.materials.push(Material::emitter("panel", Vec3::splat(4.0)));
-    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, z]| Vec3::new(x, 2.6, z));
-    for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-        let positions_world = [corners[a], corners[b], corners[c]];
-        scene.triangles.push(Triangle { positions_world, normals_world: [Vec3::NEG_Y; 3], uvs: [Vec2::ZERO; 3], material: 2 });
-    }
+    scene.triangles.extend(horizontal(2.6, 1.0, false, 2));
     scene
 }
 

@@ -1,10 +1,10 @@
 //! PHYSICS check 13: mean flux depends neither on roulette nor on the seed.
 
 use crate::determinism::settings;
-use lightloom_graph::{Graph, WgslSources};
+use lightloom_graph::WgslSources;
 use lightloom_passes::scene::{GpuScene, builtin};
-use lightloom_passes::{PhotonSettings, PhotonState, PhotonTracing, decode_flux, shaders};
-use lightloom_tests::{ChiSquare, Lab, Mean};
+use lightloom_passes::{PhotonSettings, PhotonTracing, decode_flux, shaders};
+use lightloom_tests::{ChiSquare, Lab, Mean, Traced};
 
 const ROULETTE: &str = "    if rng_next4(&rng).x >= survival {";
 
@@ -16,17 +16,11 @@ fn with_survival(statement: &str) -> WgslSources {
     shaders().with(&[(path, &text.replace(ROULETTE, &format!("    {statement}\n{ROULETTE}")))])
 }
 
-/// Flux (W) that `tracing` stores.
-fn stored(lab: &mut Lab, tracing: &PhotonTracing, scene: &GpuScene, settings: &PhotonSettings) -> f64 {
-    let mut graph = Graph::new("roulette");
-    let handles = scene.declare(&mut graph);
-    let photons = tracing.add(&mut graph, &handles, &scene.info(), settings);
-    let reads = [graph.readback_buffer(&photons.records), graph.readback_buffer(&photons.state)];
-    let output = lab.run(graph);
-    let state = output.cast::<PhotonState>(reads[1])[0];
+/// Flux (W) that is stored.
+fn stored(lab: &mut Lab, scene: &GpuScene, settings: &PhotonSettings) -> f64 {
+    let Traced { records, state } = lab.photons(scene, settings);
     assert!(state.dropped == 0 && state.flux_ledger().balances(), "{state:?}");
-    let records = output.cast::<lightloom_passes::Photon>(reads[0]);
-    records[..state.stored as usize].iter().map(|photon| f64::from(decode_flux(photon.flux).y)).sum()
+    records.iter().map(|photon| f64::from(decode_flux(photon.flux).y)).sum()
 }
 
 /// Coloured walls, glass and metal; none, the usual, and one that halves every chance.
@@ -35,9 +29,9 @@ fn mean_flux_is_the_same_with_any_roulette_and_with_none() {
     let Some(mut lab) = Lab::open() else { return };
     let scene = lab.upload(&builtin::caustics());
     let mut measure = |statement: &str| {
-        let tracing = PhotonTracing::new(&with_survival(statement)).expect("the shader is valid");
+        lab.tracing = PhotonTracing::new(&with_survival(statement)).expect("the shader is valid");
         let of = |seed| PhotonSettings { capacity: 300_000, ..settings(40_000, 5, seed) };
-        Mean::of(&(0..12).map(|seed| stored(&mut lab, &tracing, &scene, &of(seed))).collect::<Vec<_>>())
+        Mean::of(&(0..12).map(|seed| stored(&mut lab, &scene, &of(seed))).collect::<Vec<_>>())
     };
     let usual = measure("");
     for (name, statement) in [("none", "survival = 1.0;"), ("half", "survival *= 0.5;"), ("square", "survival *= survival;")] {
@@ -54,12 +48,7 @@ fn sixteen_seeds_have_one_mean() {
     const EMITTED: u32 = 50_000;
     let Some(mut lab) = Lab::open() else { return };
     let scene = lab.upload(&builtin::closed_box(0.5));
-    let fluxes: Vec<f64> = (0..16)
-        .map(|seed| {
-            let records = lab.photons(&scene, &settings(EMITTED, 24, 1000 + seed)).records;
-            records.iter().map(|photon| f64::from(decode_flux(photon.flux).y)).sum()
-        })
-        .collect();
+    let fluxes: Vec<f64> = (0..16).map(|seed| stored(&mut lab, &scene, &settings(EMITTED, 24, 1000 + seed))).collect();
     // ρ/(1 − ρ) of the emitted flux, with the variance ρ/(1 − ρ)² per photon.
     let expected = f64::from(scene.info().total_power.y);
     let error = expected * (2.0 / f64::from(EMITTED)).sqrt();

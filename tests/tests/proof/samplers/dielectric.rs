@@ -2,7 +2,7 @@
 
 use super::{Sampler, SamplerParams, above, local, mean_weight, tilted};
 use glam::DVec3;
-use lightloom_tests::microfacet::{Interface, fresnel};
+use lightloom_tests::microfacet::Interface;
 use lightloom_tests::{Cells, Lab, Mean};
 
 const GLASS: &str = r"
@@ -208,9 +208,8 @@ fn the_finest_frost_is_a_smooth_interface() {
             let params = params(kind, cos, 0.032);
             let what = format!("{kind:?}, cos {cos}");
             let drawn = sampler.draw(&mut lab, &params);
-            let alpha = interface(kind, 0.032).alpha;
-            let single = fresnel(cos, if kind == Kind::Inside { 1.0 / IOR } else { IOR });
-            let reflectance = if kind == Kind::Thin { 2.0 * single / (1.0 + single) } else { single };
+            let model = interface(kind, 0.032);
+            let (alpha, reflectance) = (model.alpha, model.reflectance(cos, true));
             let up: Vec<f64> = drawn.iter().map(|d| f64::from(u8::from(d.direction.dot(normal) > 0.0))).collect();
             // R changes by less than 2 per radian down to 17° above the surface, the mean tilt of facets is below 2α.
             Mean::of(&up).assert_near(reflectance, 4.0 * alpha, &format!("{what}: reflected"));
