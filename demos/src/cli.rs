@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lightloom_passes::RayBackend;
+use lightloom_passes::{PhotonStore, RayBackend};
 
 use crate::Error;
 use crate::values::{
@@ -114,6 +114,9 @@ pub(crate) struct SceneArgs {
     /// takes ray queries where hardware runs them. `pipeline` is not in this release
     #[arg(long, value_enum, default_value_t)]
     pub(crate) trace: Trace,
+    /// How photons are kept: `whole`, 32 bytes each, or `compact`, 20 bytes, a little coarser
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) photon_store: Store,
     /// How materials are read; `lambert` makes every opaque non-metal diffuse
     #[arg(long, value_enum, default_value_t)]
     pub(crate) materials: Materials,
@@ -185,6 +188,22 @@ impl Trace {
                 "--trace pipeline is not available: wgpu has no ray-tracing pipelines yet; take `bvh`, `ray-query` or `auto`"
                     .to_owned(),
             )),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Store {
+    #[default]
+    Whole,
+    Compact,
+}
+
+impl From<Store> for PhotonStore {
+    fn from(store: Store) -> Self {
+        match store {
+            Store::Whole => Self::Whole,
+            Store::Compact => Self::Compact,
         }
     }
 }

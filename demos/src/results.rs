@@ -66,6 +66,9 @@ pub struct Settings {
     pub bounces: u32,
     /// Frames averaged.
     pub frames: u32,
+    /// How photons are kept: `whole` or `compact`; empty in files from before there was a choice.
+    #[serde(default)]
+    pub photon_store: String,
     /// First number of the random sequences.
     pub seed: u32,
     /// Constant search radius (m); `null`: the strategy's own.
@@ -140,6 +143,9 @@ pub struct PhotonCounts {
     pub dropped: u64,
     /// Records left out because no pixel could gather them.
     pub culled: u64,
+    /// Records that the buffer holds in each frame.
+    #[serde(default)]
+    pub capacity: u64,
 }
 
 /// Where the emitted flux went, per linear RGB channel; the mean over the frames (W).
@@ -172,7 +178,7 @@ mod tests {
             assert!(row.get(key).is_some(), "strategies[].{key}");
         }
         for (object, keys) in [
-            (&row["photons"], &["emitted", "stored", "dropped"][..]),
+            (&row["photons"], &["emitted", "stored", "dropped", "culled", "capacity"][..]),
             (&row["flux"], &["emitted", "absorbed", "escaped", "terminated"][..]),
             (&row["passes"][0], &["name", "gpu_ms"][..]),
         ] {

@@ -7,9 +7,9 @@ pub(crate) use inspect::Tapped;
 use std::time::Instant;
 
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
-use lightloom_passes::RayBackend;
 use lightloom_passes::scene::{Camera, Environment, GpuScene, Scene, builtin};
-use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name, registry};
+use lightloom_passes::{PhotonStore, RayBackend};
+use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
 
 use crate::cli::{Materials, SceneArgs, Switch};
 use crate::progress::ProgressLine;
@@ -232,8 +232,9 @@ fn settings(args: &SceneArgs) -> Settings {
 /// One pipeline per strategy, with its parameters set.
 fn pipelines(args: &SceneArgs, strategies: &[String]) -> Result<Vec<Pipeline>, Error> {
     let mut pipelines = Vec::new();
+    let shaders = PhotonStore::from(args.photon_store).shaders();
     for name in strategies {
-        pipelines.push(Pipeline::new(by_name(name)?)?);
+        pipelines.push(Pipeline::with_shaders(by_name_with(name, &shaders)?, &shaders)?);
     }
     if let Some(radius) = args.radius {
         for pipeline in pipelines.iter_mut().filter(|pipeline| pipeline.strategy().uses_photons()) {
@@ -316,6 +317,7 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
             stored: photons.stored,
             dropped: photons.dropped,
             culled: photons.culled,
+            capacity: photons.capacity.into(),
         },
         flux: Flux {
             emitted: photons.flux.emitted,
@@ -339,6 +341,7 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lightloom_strategies::by_name;
 
     fn prepared(names: &[&str]) -> Vec<Pipeline> {
         names.iter().map(|name| Pipeline::new(by_name(name).unwrap()).unwrap()).collect()

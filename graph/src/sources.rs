@@ -50,6 +50,23 @@ impl WgslSources {
         Self { texts, parsed: Arc::default(), live }
     }
 
+    /// The set in which every `#import` of `path` takes the file `stand_in`: another implementation of the same functions, for all
+    /// shaders at once.
+    ///
+    /// # Errors
+    /// [`ShaderError::UnknownFile`] if the set lacks one of the two.
+    pub fn with_stand_in(&self, path: &str, stand_in: &str) -> Result<Self, ShaderError> {
+        let mut texts = self.texts.clone();
+        texts.replace(path, stand_in)?;
+        let live = self.live.as_ref().map(|live| live.over(&texts));
+        Ok(Self { texts, parsed: Arc::default(), live })
+    }
+
+    /// The file that an `#import` of `path` takes: `path` itself, or what stands in for it.
+    pub fn imported(&self, path: &str) -> String {
+        self.texts.resolve(path).to_owned()
+    }
+
     /// The `.wgsl` files in and below `folder`, as a live set.
     ///
     /// # Errors

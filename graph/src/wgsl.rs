@@ -12,27 +12,50 @@
 //!
 //! `#import "b.wgsl" as "a.wgsl"` lets one file stand in for another: later imports of `a.wgsl` add nothing. So a root file of
 //! three lines makes a second version of a shader, with another implementation of functions that it imports.
+//! [`WgslSources::with_stand_in`](crate::WgslSources::with_stand_in) does so for every shader of a set.
 
 use crate::error::{ShaderError, ShaderPlace, names};
 use std::{collections::BTreeMap, collections::HashSet, sync::Arc};
 
 /// WGSL texts by path. Cheap to clone.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Texts(Arc<BTreeMap<String, Arc<str>>>);
+pub(crate) struct Texts {
+    files: Arc<BTreeMap<String, Arc<str>>>,
+    /// Imported paths, and what is imported in their place.
+    stand_ins: Arc<BTreeMap<String, String>>,
+}
 
 impl Texts {
     /// Adds a text; a path met again takes the new one.
     pub(crate) fn insert(&mut self, path: &str, text: Arc<str>) {
-        Arc::make_mut(&mut self.0).insert(path.to_owned(), text);
+        Arc::make_mut(&mut self.files).insert(path.to_owned(), text);
+    }
+
+    /// Lets `stand_in` be imported where `path` is asked for.
+    pub(crate) fn replace(&mut self, path: &str, stand_in: &str) -> Result<(), ShaderError> {
+        if let Some(path) = [path, stand_in].into_iter().find(|path| !self.files.contains_key(*path)) {
+            return Err(self.unknown(path));
+        }
+        Arc::make_mut(&mut self.stand_ins).insert(path.to_owned(), stand_in.to_owned());
+        Ok(())
+    }
+
+    /// What is imported where `path` is asked for.
+    pub(crate) fn resolve<'a>(&'a self, path: &'a str) -> &'a str {
+        self.stand_ins.get(path).map_or(path, String::as_str)
     }
 
     pub(crate) fn get(&self, path: &str) -> Option<&Arc<str>> {
-        self.0.get(path)
+        self.files.get(path)
+    }
+
+    fn unknown(&self, path: &str) -> ShaderError {
+        ShaderError::UnknownFile { path: path.to_owned(), known: names(self.paths()) }
     }
 
     /// All paths, sorted.
     pub(crate) fn paths(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
+        self.files.keys().map(String::as_str)
     }
 
     /// Paths of which the texts differ, sorted.
@@ -45,8 +68,8 @@ impl Texts {
 
     /// The file at `path` with every import replaced by the imported text.
     pub(crate) fn flatten(&self, path: &str) -> Result<FlatWgsl, ShaderError> {
-        if !self.0.contains_key(path) {
-            return Err(ShaderError::UnknownFile { path: path.to_owned(), known: names(self.paths()) });
+        if !self.files.contains_key(path) {
+            return Err(self.unknown(path));
         }
         let mut flat = FlatWgsl::default();
         self.append(path, &mut flat, &mut HashSet::new())?;
@@ -56,7 +79,7 @@ impl Texts {
     /// Appends `path` and what it imports, depth first, on an explicit stack: import chains may be long.
     fn append(&self, path: &str, flat: &mut FlatWgsl, seen: &mut HashSet<String>) -> Result<(), ShaderError> {
         let mut stack: Vec<(u32, std::iter::Enumerate<std::str::Lines<'_>>)> = Vec::new();
-        if let Some(text) = self.0.get(path) {
+        if let Some(text) = self.get(path) {
             seen.insert(path.to_owned());
             stack.push((flat.file(path), text.lines().enumerate()));
         }
@@ -76,7 +99,8 @@ impl Texts {
                 return Err(ShaderError::Directive { place: place(), line: line.trim().to_owned() });
             };
             let found =
-                |path: &str| self.0.get(path).ok_or_else(|| ShaderError::UnknownImport { place: place(), path: path.to_owned() });
+                |path: &str| self.get(path).ok_or_else(|| ShaderError::UnknownImport { place: place(), path: path.to_owned() });
+            let import = self.resolve(import);
             let text = found(import)?;
             if let Some(replaced) = replaced {
                 found(replaced)?;
@@ -204,6 +228,19 @@ mod tests {
         assert!(error.starts_with("nobody.wgsl:2: `#import \"s/e.wgsl\"`"), "{error}");
         let error = sources.flatten("odd.wgsl").unwrap_err().to_string();
         assert!(error.starts_with("odd.wgsl:1: cannot read"), "{error}");
+    }
+
+    #[test]
+    fn a_set_may_have_a_file_stand_in_for_another() {
+        let sources = sources().with(&[("s/d.wgsl", "fn c() { }")]);
+        let standing = sources.with_stand_in("s/c.wgsl", "s/d.wgsl").unwrap();
+        assert_eq!(standing.flatten("a.wgsl").unwrap().source(), "// a\nfn c() { }\nfn b() {}\nfn a() {}\n");
+        assert_eq!(standing.flatten("s/c.wgsl").unwrap().source(), "fn c() {}\n", "only imports are replaced");
+        assert_eq!((standing.imported("s/c.wgsl"), standing.imported("s/b.wgsl")), ("s/d.wgsl".into(), "s/b.wgsl".into()));
+        assert_eq!(standing.with(&[]).flatten("a.wgsl").unwrap().locate(2), ("s/d.wgsl", 1), "also in sets made of it");
+        assert_eq!(sources.flatten("a.wgsl").unwrap().locate(2), ("s/c.wgsl", 1), "the set itself is as it was");
+        let error = sources.with_stand_in("s/c.wgsl", "s/e.wgsl").unwrap_err().to_string();
+        assert!(error.contains("`s/e.wgsl`") && error.contains("`s/d.wgsl`"), "{error}");
     }
 
     #[test]

@@ -25,6 +25,7 @@ mod photon_emit;
 mod photon_path;
 mod photon_scatter;
 mod photon_splat;
+mod photon_store;
 mod photon_trace;
 mod prefix_sum;
 mod ray_backend;
@@ -48,6 +49,7 @@ pub use photon::{FluxLedger, Photon, PhotonFlags, PhotonState, decode_flux, deco
 pub use photon_emit::PhotonEmit;
 pub use photon_path::{LivePaths, PackedDifferential, PathBuffers, PhotonBatch, PhotonPath, PhotonSource};
 pub use photon_splat::{PhotonSplat, Splats};
+pub use photon_store::{CompactPhoton, PhotonGrid, PhotonStore};
 pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
 pub use prefix_sum::PrefixSum;
 pub use ray_backend::{RayBackend, RayBackendError};

@@ -1,5 +1,6 @@
 //! The photon record and what a frame's photons add up to, as they lie in GPU memory.
 
+use crate::photon_store::PhotonGrid;
 use glam::{Vec2, Vec3};
 use lightloom_graph::shader_struct;
 
@@ -75,6 +76,8 @@ shader_struct! {
         pub total: u32,
         /// Records left out because no pixel could gather them; see [`DepositCull`](crate::DepositCull).
         pub culled: u32,
+        /// Where a compact store's positions lie.
+        pub grid: PhotonGrid,
         /// Flux in fixed point: emitted, absorbed, escaped, terminated; RGB; (low, high) words.
         pub ledger: [u32; 24],
     }
@@ -121,7 +124,11 @@ pub fn decode_flux(bits: u32) -> Vec3 {
 /// Unit vector of an octahedral code (two 16-bit signed components; Cigolle et al. 2014, JCGT 3(2)).
 pub fn decode_octahedral(bits: u32) -> Vec3 {
     let snorm = |half: u32| (f32::from((half & 0xffff) as u16 as i16) / 32767.0).max(-1.0);
-    let p = Vec2::new(snorm(bits), snorm(bits >> 16));
+    octahedral_direction(Vec2::new(snorm(bits), snorm(bits >> 16)))
+}
+
+/// The unit vector at `p` of the octahedral map, in [−1, 1]².
+pub(crate) fn octahedral_direction(p: Vec2) -> Vec3 {
     let z = 1.0 - p.x.abs() - p.y.abs();
     let fold = (-z).max(0.0);
     Vec3::new(p.x - fold.copysign(p.x), p.y - fold.copysign(p.y), z).normalize()
@@ -153,7 +160,7 @@ mod tests {
 
     #[test]
     fn ledgers_read_both_words() {
-        let mut state = PhotonState { stored: 0, dropped: 0, total: 0, culled: 0, ledger: [0; 24] };
+        let mut state = PhotonState::default();
         state.ledger[0] = 5;
         state.ledger[1] = 1;
         // Absorbed may be negative for a channel that roulette raises.

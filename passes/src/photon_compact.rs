@@ -3,11 +3,13 @@
 //! Each path writes to a place of its own and a scan packs what is there, so that the same seed gives the same photons in the same
 //! order whatever the threads' race; appending by an atomic counter would be a dispatch less and would not.
 
+use crate::PhotonGrid;
 use crate::photon_path::PathBuffers;
 use lightloom_graph::{Buffer, ComputeShader, Graph, Handle, ShaderError, WgslSources, shader_struct};
 
 shader_struct! {
     struct PhotonScanParams {
+        grid: PhotonGrid,
         capacity: u32,
         pad0: u32,
         pad1: u32,
@@ -17,6 +19,7 @@ shader_struct! {
 
 shader_struct! {
     struct PhotonCompactParams {
+        grid: PhotonGrid,
         capacity: u32,
         pad0: u32,
         pad1: u32,
@@ -37,6 +40,7 @@ pub(crate) struct Store {
     pub(crate) state: Handle<Buffer>,
     pub(crate) tally: Handle<Buffer>,
     pub(crate) capacity: u32,
+    pub(crate) grid: PhotonGrid,
 }
 
 impl PhotonCompact {
@@ -56,10 +60,10 @@ impl PhotonCompact {
         next: &mut PathBuffers,
         store: &mut Store,
     ) {
-        let capacity = store.capacity;
+        let (capacity, grid) = (store.capacity, store.grid);
         graph
             .compute(&self.scan)
-            .params(&PhotonScanParams { capacity, pad0: 0, pad1: 0, pad2: 0 })
+            .params(&PhotonScanParams { grid, capacity, pad0: 0, pad1: 0, pad2: 0 })
             .read("live", &paths.live)
             .write("tally", &mut store.tally)
             .write("next_live", &mut next.live)
@@ -67,7 +71,7 @@ impl PhotonCompact {
             .dispatch([1, 1, 1]);
         graph
             .compute(&self.compact)
-            .params(&PhotonCompactParams { capacity, pad0: 0, pad1: 0, pad2: 0 })
+            .params(&PhotonCompactParams { grid, capacity, pad0: 0, pad1: 0, pad2: 0 })
             .read("rays", &paths.rays)
             .read("paths", &paths.paths)
             .read("staging", staging)

@@ -15,7 +15,7 @@ use crate::photon_compact::{PhotonCompact, Store};
 use crate::photon_path::{MAX_BATCH, PATH_BLOCK, PathBuffers, PhotonBatch, PhotonPath, PhotonSource, PhotonTally};
 use crate::photon_scatter::{BounceBuffers, PhotonScatter};
 use crate::scene::{SceneHandles, SceneInfo};
-use crate::{DepositCull, Photon, PhotonEmit, PhotonState, Ray, RayHit, TraceRays};
+use crate::{DepositCull, Photon, PhotonEmit, PhotonGrid, PhotonState, PhotonStore, Ray, RayHit, TraceRays};
 use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources};
 
 /// Bytes that a path in flight takes: ray and path before and after compaction, its hit and the record it leaves, and half as
@@ -55,7 +55,7 @@ impl PhotonSettings {
     }
 
     /// Records for which a store is laid out when nothing else is said: up to four for each photon, at most what a default WebGPU
-    /// binding of 128 MiB holds.
+    /// binding of 128 MiB holds of the larger records.
     pub fn default_capacity(emitted: u32, max_bounces: u32) -> u32 {
         let wanted = u64::from(emitted) * u64::from(max_bounces.clamp(1, 4));
         wanted.clamp(1, (128 << 20) / size_of::<Photon>() as u64) as u32
@@ -68,8 +68,8 @@ impl PhotonSettings {
     }
 
     /// Photons that are in flight at once: as many as leave the memory for them below a tenth of the store's.
-    fn batch(&self) -> u32 {
-        let store = u64::from(self.capacity) * size_of::<Photon>() as u64;
+    fn batch(&self, store: PhotonStore) -> u32 {
+        let store = u64::from(self.capacity) * store.record_bytes();
         let paths = (store / STORE_SHARE / BYTES_PER_PATH).clamp(MIN_BATCH.into(), MAX_BATCH.into()) as u32;
         paths / PATH_BLOCK * PATH_BLOCK
     }
@@ -78,7 +78,7 @@ impl PhotonSettings {
 /// A frame's photons.
 #[derive(Debug)]
 pub struct Photons {
-    /// Records of [`Photon`]; the first `state.stored` are valid.
+    /// Records of [`Photon`] or [`CompactPhoton`](crate::CompactPhoton), see [`PhotonStore`]; the first `state.stored` are valid.
     pub records: Handle<Buffer>,
     /// One [`PhotonState`].
     pub state: Handle<Buffer>,
@@ -95,6 +95,7 @@ pub struct PhotonTracing {
     rays: TraceRays,
     scatter: PhotonScatter,
     compact: PhotonCompact,
+    store: PhotonStore,
 }
 
 impl PhotonTracing {
@@ -105,6 +106,7 @@ impl PhotonTracing {
             rays: TraceRays::new(sources)?,
             scatter: PhotonScatter::new(sources)?,
             compact: PhotonCompact::new(sources)?,
+            store: PhotonStore::of(sources),
         })
     }
 
@@ -126,10 +128,11 @@ impl PhotonTracing {
         let settings =
             PhotonSettings { capacity, max_bounces: settings.max_bounces.min(PhotonSettings::MOST_BOUNCES), ..*settings };
         let mut store = Store {
-            records: graph.buffer("photons", BufferDesc::array_of::<Photon>(u64::from(capacity))),
+            records: graph.buffer("photons", self.store.desc(capacity)),
             state: graph.buffer("photon_state", BufferDesc::array_of::<PhotonState>(1)),
             tally: graph.buffer("photon_tally", BufferDesc::array_of::<PhotonTally>(1)),
             capacity,
+            grid: PhotonGrid::of(info),
         };
         graph.clear_buffer(&mut store.state);
         graph.clear_buffer(&mut store.tally);
@@ -140,7 +143,7 @@ impl PhotonTracing {
         }
         let mut first = 0;
         while first < emitted {
-            let count = settings.batch().min(emitted - first);
+            let count = settings.batch(self.store).min(emitted - first);
             let batch = PhotonBatch { emitted: settings.emitted, first, count, seed: settings.seed };
             self.follow(graph, scene, info, &settings, source, batch, &mut store);
             first += count;
@@ -180,11 +183,14 @@ mod tests {
 
     #[test]
     fn paths_in_flight_take_less_than_a_tenth_of_the_store() {
-        for capacity in [1_000_000, 3_000_000, 4_194_304] {
-            let batch = PhotonSettings { capacity, ..PhotonSettings::new(3_000_000, 3, 0) }.batch();
-            let bytes = u64::from(batch) * BYTES_PER_PATH;
-            assert!(bytes * 10 < u64::from(capacity) * 32 || batch == MIN_BATCH, "{capacity}: {batch} paths");
-            assert!(batch.is_multiple_of(PATH_BLOCK) && batch <= MAX_BATCH, "{batch}");
+        for store in PhotonStore::ALL {
+            for capacity in [1_000_000, 3_000_000, 4_194_304] {
+                let batch = PhotonSettings { capacity, ..PhotonSettings::new(3_000_000, 3, 0) }.batch(store);
+                let bytes = u64::from(batch) * BYTES_PER_PATH;
+                let fits = bytes * 10 < u64::from(capacity) * store.record_bytes();
+                assert!(fits || batch == MIN_BATCH, "{capacity}: {batch} paths");
+                assert!(batch.is_multiple_of(PATH_BLOCK) && batch <= MAX_BATCH, "{batch}");
+            }
         }
     }
 }

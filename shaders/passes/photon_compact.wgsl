@@ -1,8 +1,10 @@
 // Packs a bounce's records behind the earlier ones and its live paths for the next bounce, both in the order of the paths.
 #import "shared/dispatch.wgsl"
 #import "shared/photon_path.wgsl"
+#import "shared/photon_store.wgsl"
 
 struct PhotonCompactParams {
+    grid: PhotonGrid,
     capacity: u32,
     pad0: u32,
     pad1: u32,
@@ -16,7 +18,7 @@ struct PhotonCompactParams {
 @group(0) @binding(4) var<storage, read_write> tally: PhotonTally;
 @group(0) @binding(5) var<storage, read_write> next_rays: array<Ray>;
 @group(0) @binding(6) var<storage, read_write> next_paths: array<PhotonPath>;
-@group(0) @binding(7) var<storage, read_write> records: array<Photon>;
+@group(0) @binding(7) var<storage, read_write> records: array<StoredPhoton>;
 
 // One bit for each path of the block.
 var<workgroup> stored_bits: array<atomic<u32>, 2>;
@@ -47,7 +49,7 @@ fn photon_compact(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_
         let at = tally.first_record + tally.stored[block]
             + bits_before(atomicLoad(&stored_bits[0]), atomicLoad(&stored_bits[1]), local);
         if at < params.capacity {
-            records[at] = staging[i];
+            records[at] = photon_store(staging[i], params.grid);
         }
     }
     if alive {

@@ -3,6 +3,7 @@
 #import "shared/workgroup_scan.wgsl"
 
 struct PhotonScanParams {
+    grid: PhotonGrid,
     capacity: u32,
     pad0: u32,
     pad1: u32,
@@ -41,6 +42,7 @@ fn photon_scan(@builtin(local_invocation_index) local: u32) {
         state.stored = min(total, params.capacity);
         state.dropped = total - state.stored;
         state.culled = atomicLoad(&tally.culled);
+        state.grid = params.grid;
     }
     for (var i = 0u; i < BLOCKS_PER_THREAD; i += 1u) {
         if first + i < live.groups {

@@ -7,7 +7,7 @@
 #import "shared/bvh.wgsl"
 #import "shared/camera.wgsl"
 #import "shared/dispatch.wgsl"
-#import "shared/photon.wgsl"
+#import "shared/photon_store.wgsl"
 #import "shared/surface.wgsl"
 
 struct PhotonSplatParams {
@@ -20,7 +20,7 @@ struct PhotonSplatParams {
 }
 
 @group(0) @binding(0) var<uniform> params: PhotonSplatParams;
-@group(0) @binding(1) var<storage, read> photons: array<Photon>;
+@group(0) @binding(1) var<storage, read> photons: array<StoredPhoton>;
 @group(0) @binding(2) var<storage, read> state: PhotonState;
 // Six words a pixel.
 @group(0) @binding(3) var<storage, read_write> splats: array<atomic<u32>>;
@@ -42,7 +42,7 @@ fn photon_splat(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_wo
     if index >= min(state.stored, params.capacity) {
         return;
     }
-    let photon = photons[index];
+    let photon = photon_load(photons[index], state.grid);
     if (photon.bounce_flags & PHOTON_LIGHT_ONLY) == 0u {
         return;
     }

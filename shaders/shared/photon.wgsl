@@ -1,4 +1,4 @@
-// The photon record, 32 bytes, and its packing.
+// The photon record, 32 bytes, and its packing. How records lie in the store of a frame: `photon_store.wgsl`.
 #import "shared/math.wgsl"
 #import "shared/rng.wgsl"
 
@@ -33,6 +33,15 @@ const PHOTON_DELTA: u32 = 0x1000u;
 // In place of bounce and flags: no record.
 const NO_RECORD: u32 = 0xffffffffu;
 
+// The grid on which a compact store keeps positions: cell `p` is at origin + p · step. The step is a power of two and the origin
+// a multiple of it, both such that every sum is a 32-bit float: whoever computes it gets the same position to the last bit.
+struct PhotonGrid {
+    // World (m).
+    origin: vec3f,
+    // m.
+    step: f32,
+}
+
 // What the photons of one frame add up to.
 struct PhotonState {
     // Records that lie in the buffer.
@@ -43,6 +52,8 @@ struct PhotonState {
     total: u32,
     // Records left out because no pixel could gather them.
     culled: u32,
+    // Where a compact store's positions lie.
+    grid: PhotonGrid,
     // Flux in fixed point, 64 bits each as (low, high): emitted, absorbed, escaped, terminated; red, green, blue in each.
     ledger: array<u32, 24>,
 }

@@ -67,6 +67,8 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/photon_block.wgsl",
     "shared/photon_path.wgsl",
     "shared/photon_start.wgsl",
+    "shared/photon_store.wgsl",
+    "shared/photon_store_compact.wgsl",
     "shared/radiance_sum.wgsl",
     "shared/ray_differential.wgsl",
     "shared/ray_query.wgsl",

@@ -4,6 +4,7 @@
 // with the sums of earlier ones; a chunk beyond the stored photons returns at once.
 #import "shared/gbuffer.wgsl"
 #import "shared/photon_block.wgsl"
+#import "shared/photon_store.wgsl"
 
 struct Params {
     camera_position_world: vec3f,
@@ -22,7 +23,7 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var position: texture_2d<f32>;
 @group(0) @binding(2) var surface: texture_2d<u32>;
-@group(0) @binding(3) var<storage, read> photons: array<Photon>;
+@group(0) @binding(3) var<storage, read> photons: array<StoredPhoton>;
 @group(0) @binding(4) var<storage, read> photon_state: PhotonState;
 @group(0) @binding(5) var<storage, read_write> indirect_sum: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> caustic_sum: array<vec4f>;
@@ -46,7 +47,7 @@ fn exact_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
     for (var block = params.first; block < end; block += PHOTON_BLOCK) {
         let count = min(PHOTON_BLOCK, end - block);
         if thread < count {
-            load_block_photon(thread, photons[block + thread], params.r_min, params.r_max);
+            load_block_photon(thread, photon_load(photons[block + thread], photon_state.grid), params.r_min, params.r_max);
         }
         workgroupBarrier();
         if gathers {

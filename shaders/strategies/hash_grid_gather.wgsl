@@ -4,6 +4,7 @@
 // look-ups. The cell of a slot is the cell of the first photon of its list.
 #import "shared/gbuffer.wgsl"
 #import "shared/hash_grid.wgsl"
+#import "shared/photon_store.wgsl"
 #import "shared/radiance_sum.wgsl"
 
 struct Params {
@@ -19,19 +20,20 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var position: texture_2d<f32>;
 @group(0) @binding(2) var surface: texture_2d<u32>;
-@group(0) @binding(3) var<storage, read> cell_photons: array<Photon>;
+@group(0) @binding(3) var<storage, read> cell_photons: array<StoredPhoton>;
 @group(0) @binding(4) var<storage, read> slot_offsets: array<u32>;
 @group(0) @binding(5) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(6) var caustic: texture_storage_2d<rgba32float, write>;
 // Word 4: pixels whose sum was cut.
 @group(0) @binding(7) var<storage, read_write> stats: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read> photon_state: PhotonState;
 
 // Range of `cell_photons` that lies in `cell`; empty if no photon does.
 fn find_cell(cell: vec3i) -> vec2u {
     var slot = hash_cell(cell) & params.grid.slot_mask;
     for (var attempt = 1u; attempt <= params.grid.slot_mask; attempt++) {
         let range = vec2u(slot_offsets[slot], slot_offsets[slot + 1u]);
-        if range.x == range.y || all(grid_cell(params.grid, cell_photons[range.x].position) == cell) {
+        if range.x == range.y || all(grid_cell(params.grid, photon_position(cell_photons[range.x], photon_state.grid)) == cell) {
             return range;
         }
         slot = next_slot(params.grid, slot, attempt);
@@ -41,7 +43,7 @@ fn find_cell(cell: vec3i) -> vec2u {
 
 // Bit `i` where photon `first + i` is within the largest radius of `position`.
 fn reach_bit(first: u32, i: u32, last: u32, position: vec3f) -> u32 {
-    let offset = cell_photons[min(first + i, last)].position - position;
+    let offset = photon_position(cell_photons[min(first + i, last)], photon_state.grid) - position;
     return select(0u, 1u << i, dot(offset, offset) < params.r_max * params.r_max);
 }
 
@@ -63,7 +65,7 @@ fn gather_range(sum: ptr<function, RadianceSum>, point: VisiblePoint, range: vec
         (*sum).tested += batch;
         (*sum).pending += countOneBits(near);
         while near != 0u {
-            let photon = cell_photons[first + firstTrailingBit(near)];
+            let photon = photon_load(cell_photons[first + firstTrailingBit(near)], photon_state.grid);
             near &= near - 1u;
             add_photon(sum, point, photon, photon_radius(photon, params.r_min, params.r_max));
         }

@@ -4,6 +4,7 @@
 // per tile rather than once per pixel.
 #import "shared/gbuffer.wgsl"
 #import "shared/photon_block.wgsl"
+#import "shared/photon_store.wgsl"
 
 struct Params {
     camera_position_world: vec3f,
@@ -21,13 +22,14 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var position: texture_2d<f32>;
 @group(0) @binding(2) var surface: texture_2d<u32>;
-@group(0) @binding(3) var<storage, read> photons: array<Photon>;
+@group(0) @binding(3) var<storage, read> photons: array<StoredPhoton>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
 // Word 4: pixels whose sum was cut.
 @group(0) @binding(8) var<storage, read_write> stats: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read> photon_state: PhotonState;
 
 // Of the workgroup, 8 × 8.
 const THREADS: u32 = 64u;
@@ -49,7 +51,8 @@ fn tiled_gather(
     for (var block = tile_offsets[tile]; block < end; block += PHOTON_BLOCK) {
         let count = min(PHOTON_BLOCK, end - block);
         for (var i = thread; i < count; i += THREADS) {
-            load_block_photon(i, photons[tile_entries[block + i]], params.r_min, params.r_max);
+            let photon = photon_load(photons[tile_entries[block + i]], photon_state.grid);
+            load_block_photon(i, photon, params.r_min, params.r_max);
         }
         workgroupBarrier();
         if gathers {

@@ -6,6 +6,7 @@
 // eight times the memory.
 #import "shared/dispatch.wgsl"
 #import "shared/estimate.wgsl"
+#import "shared/photon_store.wgsl"
 #import "shared/tiles.wgsl"
 
 struct Params {
@@ -22,7 +23,7 @@ struct Params {
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(1) var<storage, read> photons: array<Photon>;
+@group(0) @binding(1) var<storage, read> photons: array<StoredPhoton>;
 @group(0) @binding(2) var<storage, read> photon_state: PhotonState;
 @group(0) @binding(3) var<storage, read> tile_bounds: array<TileBounds>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
@@ -35,7 +36,7 @@ fn tiled_insert(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     if index >= min(photon_state.stored, arrayLength(&photons)) {
         return;
     }
-    let photon = photons[index];
+    let photon = photon_load(photons[index], photon_state.grid);
     // The kernel is 0 at its edge; the slack covers the rounding of the distance there.
     let radius = photon_radius(photon, params.r_min, params.r_max) * 1.00001;
     let range = sphere_tiles(params.camera, photon.position, radius, params.tile_size, params.tiles);

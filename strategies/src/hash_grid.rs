@@ -188,6 +188,7 @@ impl Strategy for HashGrid {
             .read("slot_offsets", &lists.offsets)
             .write("indirect", &mut indirect)
             .write("caustic", &mut caustic)
+            .read("photon_state", &photons.state)
             .write("stats", &mut stats.buffer)
             .heavy()
             .dispatch_threads([frame.size[0], frame.size[1], 1]);

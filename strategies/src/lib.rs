@@ -47,7 +47,7 @@ pub use pipeline::{
     Flux, Frame, FrameLayers, Layer, LayerImage, LightLayer, PassReport, PhotonReport, Pipeline, RenderProgress, Rendered,
     Settings,
 };
-pub use registry::{Entry, by_name, registry};
+pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
 pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
 pub use surface_layers::SurfaceImages;

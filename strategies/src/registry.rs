@@ -23,13 +23,18 @@ pub fn registry() -> &'static [Entry] {
     ]
 }
 
-/// Builds the strategy of that name.
+/// Builds the strategy of that name, with Lightloom's shaders.
 pub fn by_name(name: &str) -> Result<Box<dyn Strategy>, StrategyError> {
+    by_name_with(name, &lightloom_passes::shaders())
+}
+
+/// Builds the strategy of that name, with the shaders of `sources`.
+pub fn by_name_with(name: &str, sources: &WgslSources) -> Result<Box<dyn Strategy>, StrategyError> {
     let Some(entry) = registry().iter().find(|entry| entry.name == name) else {
         let names: Vec<_> = registry().iter().map(|entry| format!("`{}`", entry.name)).collect();
         return Err(StrategyError::UnknownStrategy { name: name.to_owned(), known: names.join(", ") });
     };
-    (entry.build)(&lightloom_passes::shaders())
+    (entry.build)(sources)
 }
 
 #[cfg(test)]

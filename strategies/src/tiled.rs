@@ -248,6 +248,7 @@ impl Strategy for Tiled {
             .read("tile_entries", &lists.entries)
             .write("indirect", &mut indirect)
             .write("caustic", &mut caustic)
+            .read("photon_state", &photons.state)
             .write("stats", &mut stats.buffer)
             .heavy()
             .dispatch_threads([frame.size[0], frame.size[1], 1]);

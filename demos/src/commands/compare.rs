@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Parser;
+use lightloom_passes::PhotonStore;
 use lightloom_strategies::Layer;
 
 use crate::cli::{Cli, Command, CompareArgs};
@@ -152,6 +153,7 @@ fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
             photons: scene.photons,
             bounces: scene.bounces,
             frames: scene.frames,
+            photon_store: PhotonStore::from(scene.photon_store).name().to_owned(),
             seed: scene.seed,
             radius: scene.radius,
             materials: scene.materials.name().to_owned(),

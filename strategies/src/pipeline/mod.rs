@@ -62,9 +62,14 @@ impl std::fmt::Debug for Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline around `strategy`.
+    /// A pipeline around `strategy`, with Lightloom's shaders.
     pub fn new(strategy: Box<dyn Strategy>) -> Result<Self, StrategyError> {
-        let sources: &WgslSources = &lightloom_passes::shaders();
+        Self::with_shaders(strategy, &lightloom_passes::shaders())
+    }
+
+    /// A pipeline around `strategy`, with the shaders of `sources`; those that `strategy` was made from, for both must keep photons
+    /// alike (see [`PhotonStore`](lightloom_passes::PhotonStore)).
+    pub fn with_shaders(strategy: Box<dyn Strategy>, sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             strategy,
             visibility: Visibility::new(sources)?,
@@ -180,7 +185,7 @@ impl FrameReadbacks {
         }
         if let Some(state) = self.photon_state.and_then(|readback| output.cast::<PhotonState>(readback).first().copied()) {
             let photons = settings.photon_settings(0);
-            rendered.add_photons(settings.photons, &state, 1.0 / f64::from(photons.ledger_scale(info)));
+            rendered.add_photons(settings.photons, photons.capacity, &state, 1.0 / f64::from(photons.ledger_scale(info)));
         }
         if let Some((names, readback)) = self.stats {
             rendered.add_stats(names, &output.cast::<u32>(readback));

@@ -36,13 +36,14 @@ impl Rendered {
     }
 
     /// Adds one frame's photons; `watts` is the worth of one unit of the ledger (W).
-    pub(super) fn add_photons(&mut self, emitted: u32, state: &PhotonState, watts: f64) {
+    pub(super) fn add_photons(&mut self, emitted: u32, capacity: u32, state: &PhotonState, watts: f64) {
         let frames = f64::from(self.frames.max(1));
         let report = self.photons.get_or_insert_default();
         report.emitted += u64::from(emitted);
         report.stored += u64::from(state.stored);
         report.dropped += u64::from(state.dropped);
         report.culled += u64::from(state.culled);
+        report.capacity = capacity;
         let ledger = state.flux_ledger();
         let rows = [
             (ledger.emitted, &mut report.ledger.emitted, &mut report.flux.emitted),
@@ -124,6 +125,8 @@ pub struct PhotonReport {
     pub dropped: u64,
     /// Records left out because no pixel could gather them.
     pub culled: u64,
+    /// Records that the store holds in each frame.
+    pub capacity: u32,
     /// Where the flux went, per frame (W).
     pub flux: Flux,
     /// The same in fixed point, summed over the frames: balances to the last bit.
@@ -185,7 +188,7 @@ mod tests {
         let mut state = PhotonState { stored: 8, dropped: 2, ..PhotonState::default() };
         state.ledger[0] = 100;
         for _ in 0..2 {
-            rendered.add_photons(10, &state, 0.5);
+            rendered.add_photons(10, 8, &state, 0.5);
         }
         rendered.add_stats(&["entries", "entries_dropped"], &[5, 0]);
         rendered.add_stats(&["entries", "entries_dropped"], &[4, 3]);

@@ -53,7 +53,7 @@ pub struct Settings {
     pub size: [u32; 2],
     /// Photons emitted per frame. More: less noise, in proportion more time.
     pub photons: u32,
-    /// Records the photon store holds (32 B each). `None`: enough for most scenes, within WebGPU's limits; what does
+    /// Records the photon store holds (32 or 20 B each, see [`PhotonStore`](lightloom_passes::PhotonStore)). `None`: enough for most scenes, within WebGPU's limits; what does
     /// not fit is counted in [`Rendered::photons`](crate::Rendered::photons) and warned of.
     pub photon_capacity: Option<u32>,
     /// Surfaces that light may be scattered at before it reaches the visible point.

@@ -3,8 +3,8 @@
 use lightloom_graph::{Field, ShaderStruct};
 use lightloom_passes::scene::{bvh, gpu_types};
 use lightloom_passes::{
-    CameraUniform, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonPath, PhotonState, Ray,
-    RayHit, shaders,
+    CameraUniform, CompactPhoton, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonGrid,
+    PhotonPath, PhotonState, PhotonStore, Ray, RayHit,
 };
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, TypeInner};
@@ -12,12 +12,12 @@ use std::collections::BTreeSet;
 
 /// The flattened file, parsed and validated for any WebGPU device.
 fn module(path: &str) -> Module {
-    reflected(path).0
+    reflected(path, PhotonStore::Whole).0
 }
 
-/// As [`module`], with what each entry point uses.
-fn reflected(path: &str) -> (Module, ModuleInfo) {
-    let flat = shaders().flatten(path).unwrap_or_else(|error| panic!("{error}"));
+/// As [`module`], with what each entry point uses, of the shaders for `store`.
+fn reflected(path: &str, store: PhotonStore) -> (Module, ModuleInfo) {
+    let flat = store.shaders().flatten(path).unwrap_or_else(|error| panic!("{error}"));
     let module =
         naga::front::wgsl::parse_str(flat.source()).unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
     // No capability beyond WebGPU's, to which `pack2x16float` belongs, but for shaders that say so by their folder.
@@ -46,10 +46,13 @@ fn naga_validates_every_shader() {
             let expected = [stem.to_owned(), format!("{stem}_vertex"), format!("{stem}_fragment")];
             assert!(expected.contains(&entry.name), "{path}: entry point `{}` is named after its file", entry.name);
         }
-        let flat = shaders().flatten(path).expect("it was flattened above");
         covered.insert(*path);
+        let flats = PhotonStore::ALL.map(|store| store.shaders().flatten(path).expect("it was flattened above"));
+        if flats[0] != flats[1] {
+            reflected(path, PhotonStore::Compact);
+        }
         for (shared, _) in lightloom_shaders::FILES {
-            if (1..=flat.source().lines().count()).any(|line| flat.locate(line as u32).0 == *shared) {
+            if flats.iter().any(|flat| (1..=flat.source().lines().count()).any(|line| flat.locate(line as u32).0 == *shared)) {
                 covered.insert(shared);
             }
         }
@@ -62,7 +65,7 @@ fn naga_validates_every_shader() {
 
 /// Whether the first entry point of the file uses the variable.
 fn uses(path: &str, variable: &str) -> bool {
-    let (module, info) = reflected(path);
+    let (module, info) = reflected(path, PhotonStore::Whole);
     let mut globals = module.global_variables.iter();
     let found = globals.find(|(_, global)| global.name.as_deref() == Some(variable));
     found.is_some_and(|(handle, _)| !info.get_entry_point(0)[handle].is_empty())
@@ -131,6 +134,9 @@ fn structs_lie_alike_in_rust_and_wgsl() {
     compare::<LightInfo>(&emit, "LightInfo");
     compare::<LivePaths>(&emit, "LivePaths");
     compare::<PhotonState>(&module("passes/photon_scan.wgsl"), "PhotonState");
+    let compact = reflected("passes/photon_compact.wgsl", PhotonStore::Compact).0;
+    compare::<CompactPhoton>(&compact, "CompactPhoton");
+    compare::<PhotonGrid>(&compact, "PhotonGrid");
     compare::<CameraUniform>(&module("passes/direct.wgsl"), "Camera");
     let rays = module("passes/trace_rays.wgsl");
     compare::<Ray>(&rays, "Ray");
