@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lightloom_passes::{PhotonStore, RayBackend};
+use lightloom_passes::{PhotonStore, RayBackend, Rsm};
 
 use crate::Error;
 use crate::values::{
@@ -114,6 +114,10 @@ pub(crate) struct SceneArgs {
     /// takes ray queries where hardware runs them. `pipeline` is not in this release
     #[arg(long, value_enum, default_value_t)]
     pub(crate) trace: Trace,
+    /// How photons leave points, spots and directional lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each
+    /// frame, show bright surfaces; `maps` makes less noise where much of the light meets nothing or black
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) emission: Emission,
     /// How photons are kept: `whole`, 32 bytes each, or `compact`, 20 bytes, a little coarser
     #[arg(long, value_enum, default_value_t)]
     pub(crate) photon_store: Store,
@@ -189,6 +193,28 @@ impl Trace {
                     .to_owned(),
             )),
         }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Emission {
+    #[default]
+    Lights,
+    Maps,
+}
+
+impl Emission {
+    /// The word on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Lights => "lights",
+            Self::Maps => "maps",
+        }
+    }
+
+    /// Side of the maps (texels).
+    pub(crate) fn maps(self) -> Option<u32> {
+        (self == Self::Maps).then_some(Rsm::DEFAULT_SIZE)
     }
 }
 

@@ -66,6 +66,9 @@ pub struct Settings {
     pub bounces: u32,
     /// Frames averaged.
     pub frames: u32,
+    /// How photons leave the lights: `lights` or `maps`; empty in files from before there was a choice.
+    #[serde(default)]
+    pub emission: String,
     /// How photons are kept: `whole` or `compact`; empty in files from before there was a choice.
     #[serde(default)]
     pub photon_store: String,

@@ -217,6 +217,7 @@ fn settings(args: &SceneArgs) -> Settings {
     Settings {
         size: args.size.0,
         photons: args.photons,
+        emission_maps: args.emission.maps(),
         bounces: args.bounces,
         seed: args.seed,
         frames: args.frames,

@@ -24,7 +24,8 @@ shader_struct! {
         ///
         /// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
         pub path_probability: f32,
-        /// Scatterings so far in the low byte, then flags.
+        /// Scatterings so far in the low byte, then flags in a byte. Then, of a photon that leaves its light, a half float: the part of
+        /// its flux that its source expects the first scattering to keep, against which roulette is played there; 0 for no guess.
         pub bounce_flags: u32,
     }
 }

@@ -1,7 +1,8 @@
 // One bounce of a batch: each photon that hit something leaves a record there, if it was scattered before (light that arrives
 // straight from a light is direct light) and the surface is not wholly specular, and is then absorbed or scattered. One thread per path.
 //
-// Russian roulette keeps the largest channel of the flux [Jen01]: q = max(ρΦ) / max(Φ), Φ_r = ρΦ / q.
+// Russian roulette keeps the largest channel of the flux [Jen01]: q = max(ρΦ) / max(Φ), Φ_r = ρΦ / q. Where the photon's source chose it
+// for the part e that it expects the first scattering to keep, q = max(ρΦ) / max(eΦ) there: such photons go on with equal flux.
 #import "shared/deposit_cull.wgsl"
 #import "shared/dispatch.wgsl"
 #import "shared/flux_ledger.wgsl"
@@ -59,7 +60,8 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
     let direction = ray.direction;
     var path = paths[i];
     let bounce = path.bounce_flags & 0xffu;
-    var flags = path.bounce_flags & ~0xffu;
+    var flags = path.bounce_flags & 0xff00u;
+    let expected = unpack2x16float(path.bounce_flags >> 16u).x;
     let remaining = to_fixed(path.flux, params.ledger_scale);
     if bounce == 0u {
         ledger_add(EMITTED, remaining);
@@ -111,7 +113,8 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
         weight *= min(swap, 8.0);
     }
     let scattered_flux = path.flux * weight;
-    var survival = min(1.0, max_component(scattered_flux) / max(max_component(path.flux), 1.0e-37));
+    let compared = max_component(path.flux) * select(1.0, expected, expected > 0.0);
+    var survival = min(1.0, max_component(scattered_flux) / max(compared, 1.0e-37));
     // A surface may be specular in part.
     survival = select(survival, 0.0, (params.caustics_only != 0u) & (bounce == 0u) & !scattered.specular);
     if rng_next4(&rng).x >= survival {

@@ -36,11 +36,16 @@ fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgr
     let light = lights[light_index];
     var u = kronecker4(index, params.seed);
     var share = 1.0 / (f32(params.emitted) * light.photon_probability[params.lights.emission]);
+    var expected = 0.0;
     if light_index < params.maps {
         let warped = hierarchical_warp(importance, light_index, u.xy);
         u = vec4f(warped.point, u.zw);
         share /= warped.density;
+        // Importance is that of a photon which stands for all of the light's flux.
+        expected = warped.importance * share;
     }
     let photon = emit_from_light(light, u, share, params.lights);
-    begin_path(thread, index, photon, params.lights);
+    // Chance has paid for the albedo here: to play roulette against it again would throw away what the map brings.
+    expected = clamp(expected / max(luminance(photon.flux), 1.0e-37), 0.0, 1.0);
+    begin_path(thread, index, photon, expected, params.lights);
 }

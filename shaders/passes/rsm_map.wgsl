@@ -16,10 +16,6 @@ struct RsmMapParams {
 @group(0) @binding(0) var<uniform> params: RsmMapParams;
 @group(0) @binding(1) var importance: texture_storage_2d_array<r32float, write>;
 
-fn luminance(color: vec3f) -> f32 {
-    return dot(color, vec3f(0.2126, 0.7152, 0.0722));
-}
-
 @compute @workgroup_size(8, 8)
 fn rsm_map(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(params.size)) {

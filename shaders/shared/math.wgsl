@@ -21,6 +21,11 @@ fn tangent_frame(n: vec3f) -> mat3x3f {
     return mat3x3f(t, u, n);
 }
 
+// Of linear Rec. 709.
+fn luminance(color: vec3f) -> f32 {
+    return dot(color, vec3f(0.2126, 0.7152, 0.0722));
+}
+
 // Unit vectors in 32 bits: octahedral, 16-bit signed components [Cigolle14]; error below 4e-5 rad.
 fn octahedral_encode(v: vec3f) -> u32 {
     var p = v.xy / (abs(v.x) + abs(v.y) + abs(v.z));

@@ -17,7 +17,8 @@ struct PhotonPath {
     differential: PackedDifferential,
     // ρ of [MML13, Eq. 5].
     path_probability: f32,
-    // Bits 0–7: surfaces scattered at so far. Then the PHOTON_… flags.
+    // Bits 0–7: surfaces scattered at so far; 8–15: the PHOTON_… flags. 16–31, before the first scattering: a half, the part of the
+    // flux that the photon's source expects it to keep there; 0: no guess.
     bounce_flags: u32,
 }
 

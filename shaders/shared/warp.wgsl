@@ -7,6 +7,8 @@ struct Warped {
     point: vec2f,
     // Probability per area of the unit square.
     density: f32,
+    // What the map says there.
+    importance: f32,
 }
 
 // Splits at `p` of the unit interval. Returns the number drawn anew from `u`, the half and its probability.
@@ -29,6 +31,7 @@ fn hierarchical_warp(pyramid: texture_2d_array<f32>, layer: u32, u: vec2f) -> Wa
     var texel = vec2u(0u);
     var rest = u;
     var density = 1.0;
+    var importance = 0.0;
     let levels = textureNumLevels(pyramid);
     for (var level = i32(levels) - 2; level >= 0; level -= 1) {
         let corner = texel * 2u;
@@ -41,8 +44,9 @@ fn hierarchical_warp(pyramid: texture_2d_array<f32>, layer: u32, u: vec2f) -> Wa
         rest = vec2f(x.x, y.x);
         texel = corner + vec2u(u32(x.y), u32(y.y));
         density *= 4.0 * x.z * y.z;
+        importance = select(select(a, b, x.y > 0.0), select(c, d, x.y > 0.0), y.y > 0.0);
     }
     // Divisions may round up to 1.
     let inside = min(rest, vec2f(0.99999994));
-    return Warped((vec2f(texel) + inside) / f32(1u << (levels - 1u)), density);
+    return Warped((vec2f(texel) + inside) / f32(1u << (levels - 1u)), density, importance);
 }

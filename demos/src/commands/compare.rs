@@ -153,6 +153,7 @@ fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
             photons: scene.photons,
             bounces: scene.bounces,
             frames: scene.frames,
+            emission: scene.emission.name().to_owned(),
             photon_store: PhotonStore::from(scene.photon_store).name().to_owned(),
             seed: scene.seed,
             radius: scene.radius,

@@ -81,6 +81,7 @@ fn header(results: &Results) -> String {
         ("bounces", settings.bounces.to_string()),
         ("frames", settings.frames.to_string()),
         ("seed", settings.seed.to_string()),
+        ("emission", settings.emission.clone()),
         ("photon store", settings.photon_store.clone()),
         ("materials", settings.materials.clone()),
     ];

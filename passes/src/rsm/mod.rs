@@ -11,7 +11,8 @@
 //!
 //! A photon starts at the light in the very direction that was drawn, Φ = Φ(u) / (N p(u)), and its first ray is traced like any
 //! other: the map steers chance and holds nothing else, so estimates are as unbiased as uniform emission's. For the same reason every
-//! texel has importance, even where its centre meets nothing or black: the map may miss what lies beside it.
+//! texel has importance, even where its centre meets nothing or black: the map may miss what lies beside it. The photon also carries
+//! what its texel expects the first surface to keep of it, so that roulette there does not take again what chance has paid for.
 //!
 //! [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems, 2019"
 

@@ -5,7 +5,7 @@ use crate::surface_layers::SurfaceImages;
 use crate::{FrameInputs, Stats, StrategyError};
 use lightloom_graph::{Graph, Handle, Texture};
 use lightloom_passes::scene::{SceneHandles, SceneInfo};
-use lightloom_passes::{CameraUniform, DepositCull, DirectSettings, GBuffer, PathSettings, Photons};
+use lightloom_passes::{CameraUniform, DepositCull, DirectSettings, GBuffer, PathSettings, PhotonSettings, Photons, Rsm};
 
 /// What a frame is declared from.
 #[derive(Clone, Copy, Debug)]
@@ -93,8 +93,9 @@ impl Pipeline {
         let photons = self.strategy.uses_photons().then(|| {
             let mut wanted = settings.photon_settings(frame_index);
             wanted.cull = self.strategy.reach_m(info, wanted.emitted).map(|reach_m| DepositCull::new(camera, reach_m));
-            self.photons.add(graph, scene, info, &wanted)
+            self.trace_photons(graph, frame, &wanted)
         });
+        let photons = photons.transpose()?;
 
         let inputs = FrameInputs {
             scene,
@@ -131,6 +132,25 @@ impl Pipeline {
             photons,
             stats: estimate.stats,
         })
+    }
+
+    /// Photons as the settings have them leave the lights.
+    fn trace_photons(
+        &mut self,
+        graph: &mut Graph<'_>,
+        frame: &Frame<'_>,
+        wanted: &PhotonSettings,
+    ) -> Result<Photons, StrategyError> {
+        let Frame { scene, info, settings, .. } = *frame;
+        let Some(side) = settings.emission_maps else {
+            return Ok(self.photons.add(graph, scene, info, wanted));
+        };
+        let rsm = match &mut self.rsm {
+            Some(rsm) => rsm,
+            none => none.insert(Rsm::new(&self.sources)?),
+        };
+        let maps = rsm.add(graph, scene, info, side);
+        Ok(self.photons.add_from(graph, scene, info, wanted, &rsm.source(&maps)))
     }
 
     fn over_frames(&self, graph: &mut Graph<'_>, frame: &Frame<'_>, name: &str, image: Handle<Texture>) -> LightLayer {

@@ -22,7 +22,7 @@ use crate::{Strategy, StrategyError};
 use lightloom_graph::{Executor, FrameOutput, FrameProfile, Graph, Progress, Readback, WgslSources};
 use lightloom_passes::scene::{Camera, GpuScene, SceneInfo};
 use lightloom_passes::{
-    Accumulate, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, SpecularPixels, Visibility,
+    Accumulate, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, Rsm, SpecularPixels, Visibility,
 };
 use rendered::add_times;
 use std::ops::ControlFlow;
@@ -53,6 +53,9 @@ pub struct Pipeline {
     compose: Compose,
     accumulate: Accumulate,
     surface: SurfaceLayers,
+    /// Parsed when first asked for.
+    rsm: Option<Rsm>,
+    sources: WgslSources,
 }
 
 impl std::fmt::Debug for Pipeline {
@@ -80,6 +83,8 @@ impl Pipeline {
             compose: Compose::new(sources)?,
             accumulate: Accumulate::new(sources)?,
             surface: SurfaceLayers::new(sources)?,
+            rsm: None,
+            sources: sources.clone(),
         })
     }
 

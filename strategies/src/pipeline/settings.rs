@@ -56,6 +56,9 @@ pub struct Settings {
     /// Records the photon store holds (32 or 20 B each, see [`PhotonStore`](lightloom_passes::PhotonStore)). `None`: enough for most scenes, within WebGPU's limits; what does
     /// not fit is counted in [`Rendered::photons`](crate::Rendered::photons) and warned of.
     pub photon_capacity: Option<u32>,
+    /// Side (texels) of the reflective shadow maps by which punctual lights send photons to bright surfaces, see
+    /// [`Rsm`](lightloom_passes::Rsm); each costs its texels in rays, every frame. `None`: lights send them evenly.
+    pub emission_maps: Option<u32>,
     /// Surfaces that light may be scattered at before it reaches the visible point.
     pub bounces: u32,
     /// Seed of everything drawn at random; the same seed gives the same photons in the same order.
@@ -79,6 +82,7 @@ impl Default for Settings {
             size: [320, 180],
             photons: 200_000,
             photon_capacity: None,
+            emission_maps: None,
             bounces: 32,
             seed: 0,
             frames: 1,
