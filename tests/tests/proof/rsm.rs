@@ -169,8 +169,8 @@ fn variance_by_maps(lab: &mut Lab, scene: &GpuScene, cell: f32, sizes: [u32; 2])
 }
 
 /// A spot's light falls off towards its edge and meets walls and an icosphere of other albedos. Photons that follow its map all bring the
-/// same to their second hit, and none is lost to roulette before. With six seeds and some hundred cells a ratio is known to
-/// √(2/5/100) √2 = 9 %.
+/// same to their second hit, and none is lost to roulette before. With six seeds and some
+/// hundred cells that matter a ratio is known to √(2/5/100) √2 = 9 %.
 #[test]
 fn maps_halve_the_variance() {
     let Some(mut lab) = Lab::open() else { return };
@@ -178,7 +178,8 @@ fn maps_halve_the_variance() {
     let spot = Light::Spot { position_world: AT, direction_world, intensity: Vec3::ONE, cos_inner: 0.9, cos_outer: 0.6 };
     let scene = lab.upload(&room(spot));
     let ratios = variance_by_maps(&mut lab, &scene, 0.25, [64, 256]);
-    assert!(ratios.iter().all(|&ratio| ratio < 0.5), "{ratios:?}");
+    // Measured: 0.29 and 0.30; 0.37 and 0.40 where roulette takes at the first surface what the map has paid for.
+    assert!(ratios.iter().all(|&ratio| ratio < 0.34), "{ratios:?}");
 }
 
 #[test]
