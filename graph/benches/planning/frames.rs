@@ -77,7 +77,7 @@ impl Frame {
 }
 
 /// Each pass reads up to three of the latest results and writes one or two; now and then it adds to an earlier one.
-pub fn mixed(passes: usize, seed: usize) -> Declaration {
+pub(crate) fn mixed(passes: usize, seed: usize) -> Declaration {
     let mut frame = Frame::new(format!("mixed {passes}"), seed);
     let mut results: Vec<String> = Vec::new();
     for at in 0..passes {
@@ -90,7 +90,7 @@ pub fn mixed(passes: usize, seed: usize) -> Declaration {
         }
         reads.sort();
         reads.dedup();
-        let mut written: Vec<String> = (0..1 + frame.random.below(8) / 6).map(|_| frame.any()).collect();
+        let mut written: Vec<String> = (0..=frame.random.below(8) / 6).map(|_| frame.any()).collect();
         let kept = results.last().filter(|last| !reads.contains(last)).filter(|_| at % 7 == 3).cloned();
         let out = frame.random.below(10) == 0 || at + 1 == passes;
         {
@@ -105,7 +105,7 @@ pub fn mixed(passes: usize, seed: usize) -> Declaration {
 }
 
 /// One after the other, all of one description.
-pub fn chain(passes: usize) -> Declaration {
+pub(crate) fn chain(passes: usize) -> Declaration {
     let mut frame = Frame::new(format!("chain {passes}"), 0);
     let mut last: Vec<String> = Vec::new();
     for _ in 1..passes {
@@ -118,7 +118,7 @@ pub fn chain(passes: usize) -> Declaration {
 }
 
 /// Producers first, then their consumers: the recorded order is the worst.
-pub fn fan(passes: usize, width: usize) -> Declaration {
+pub(crate) fn fan(passes: usize, width: usize) -> Declaration {
     let mut frame = Frame::new(format!("fan {passes}"), 0);
     while frame.passes.len() < passes {
         let many: Vec<String> = (0..width).map(|_| frame.any()).collect();
@@ -133,7 +133,7 @@ pub fn fan(passes: usize, width: usize) -> Declaration {
 }
 
 /// Bloom: down a chain of halves and up again, each level its own texture, on top of a few passes of shading.
-pub fn pyramids(passes: usize, seed: usize) -> Declaration {
+pub(crate) fn pyramids(passes: usize, seed: usize) -> Declaration {
     let mut frame = Frame::new(format!("pyramids {passes}"), seed);
     let mut source = frame.texture(0, 0, 1);
     frame.pass(&[], &[(&source, false)]);
@@ -162,7 +162,7 @@ pub fn pyramids(passes: usize, seed: usize) -> Declaration {
 }
 
 /// Tables computed in buffers: counts, sums and lists of several sizes.
-pub fn buffers(passes: usize, seed: usize) -> Declaration {
+pub(crate) fn buffers(passes: usize, seed: usize) -> Declaration {
     let mut frame = Frame::new(format!("buffers {passes}"), seed);
     let mut results: Vec<String> = Vec::new();
     for at in 0..passes {
@@ -177,14 +177,14 @@ pub fn buffers(passes: usize, seed: usize) -> Declaration {
         let next = frame.buffer(bytes);
         let last = at + 1 == passes || frame.random.below(12) == 0;
         let writes = [(next.as_str(), false), ("out", true)];
-        frame.pass(&reads, &writes[..1 + usize::from(last)]);
+        frame.pass(&reads, &writes[..=usize::from(last)]);
         results.push(next);
     }
     frame.finish()
 }
 
 /// What is measured when no file is named.
-pub fn shipped() -> Vec<Declaration> {
+pub(crate) fn shipped() -> Vec<Declaration> {
     let mut frames: Vec<Declaration> = [100, 256, 1024, 4096, 16384].into_iter().map(|passes| mixed(passes, 1)).collect();
     for passes in [100, 1024, 16384] {
         frames.extend([chain(passes), fan(passes, 16), pyramids(passes, 1), buffers(passes, 1)]);
@@ -193,7 +193,7 @@ pub fn shipped() -> Vec<Declaration> {
 }
 
 /// Kinds of random frames, some of each.
-pub fn random() -> Vec<(&'static str, Vec<Declaration>)> {
+pub(crate) fn random() -> Vec<(&'static str, Vec<Declaration>)> {
     vec![
         ("mixed 40…130", (0..300).map(|seed| mixed(40 + seed * 7 % 90, seed)).collect()),
         ("mixed 1000", (0..20).map(|seed| mixed(1000, seed)).collect()),

@@ -8,13 +8,13 @@ use zenfg::{
 };
 
 /// What one compilation took.
-pub struct Compiled {
+pub(crate) struct Compiled {
     /// Declaring resources and passes (µs).
-    pub record_us: f64,
+    pub(crate) record_us: f64,
     /// Compiling (µs).
-    pub compile_us: f64,
+    pub(crate) compile_us: f64,
     /// Bytes of its pool.
-    pub bytes: u64,
+    pub(crate) bytes: u64,
 }
 
 enum Handle<'f> {
@@ -26,7 +26,7 @@ enum Handle<'f> {
 /// Records and compiles `frame`. Every access is declared as a sampled or storage access, all usages are inferred, and what
 /// outlives the frame is a root, as is what is kept. A storage access covers one mip, and a frame file does not say which, so
 /// accesses to textures with several go through a view of the first: as many accesses as ours.
-pub fn compile(frame: &Declaration) -> Compiled {
+pub(crate) fn compile(frame: &Declaration) -> Compiled {
     let mut graph = FrameGraph::new();
     let started = Instant::now();
     let mut recording = graph.begin_frame();
