@@ -7,7 +7,7 @@ use lightloom_graph::{Executor, FrameOutput, Gpu, Graph, Handle, Memory, Readbac
 use lightloom_passes::scene::{Camera, Emission, GpuScene, Scene, SceneHandles};
 use lightloom_passes::{
     CameraUniform, DirectLight, DirectSettings, GBuffer, GBufferPass, PathSettings, PathTrace, Photon, PhotonSettings,
-    PhotonState, PhotonTracing, Photons, Ray, RayBackend, RayHit, TraceRays, Visibility, radiance_desc, shaders,
+    PhotonState, PhotonTracing, Photons, Ray, RayBackend, RayHit, Rsm, TraceRays, Visibility, radiance_desc, shaders,
 };
 use lightloom_strategies::{Exact, FrameInputs, HashGrid, Strategy, Tiled};
 
@@ -70,6 +70,8 @@ pub struct Traced {
 pub struct Frame {
     /// The photons.
     pub photons: PhotonSettings,
+    /// Side of the reflective shadow maps that they follow, if any.
+    pub maps: Option<u32>,
     /// Sum in a fixed order.
     pub deterministic: bool,
 }
@@ -209,7 +211,14 @@ impl Lab {
         let mut graph = Graph::new("estimate");
         let handles = scene.declare(&mut graph);
         let gbuffer = self.gbuffer(&mut graph, scene, &handles, &camera);
-        let photons = self.tracing.add(&mut graph, &handles, &scene.info(), &frame.photons);
+        let photons = match frame.maps {
+            None => self.tracing.add(&mut graph, &handles, &scene.info(), &frame.photons),
+            Some(side) => {
+                let rsm = Rsm::new(&self.sources).expect("the maps' shaders are valid");
+                let maps = rsm.add(&mut graph, &handles, &scene.info(), side);
+                self.tracing.add_from(&mut graph, &handles, &scene.info(), &frame.photons, &rsm.source(&maps))
+            }
+        };
         self.gather(graph, scene, &handles, &camera, (&gbuffer, &photons), frame, strategies)
     }
 

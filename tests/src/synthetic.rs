@@ -109,7 +109,7 @@ impl PlaneView {
         let count = photons.len() as u32;
         let settings =
             PhotonSettings { emitted: count, capacity: count, max_bounces: 1, seed: 0, caustics_only: false, cull: None };
-        let frame = Frame { photons: settings, deterministic: false };
+        let frame = Frame { photons: settings, maps: None, deterministic: false };
         let state = PhotonState { stored: count, total: count, ..PhotonState::default() };
         let mut graph = Graph::new("imported");
         let handles = scene.declare(&mut graph);

@@ -127,7 +127,7 @@ fn estimates_lose_at_the_edges_what_the_kernel_says() {
     let mut records = Vec::new();
     for view in &views {
         // One seed: the same photons in front of every camera.
-        let frame = Frame { photons: settings(EMITTED, BOUNCES, 8), deterministic: false };
+        let frame = Frame { photons: settings(EMITTED, BOUNCES, 8), maps: None, deterministic: false };
         let estimates = lab.estimate(&gpu_scene, view, frame, &mut all);
         assert_eq!(estimates.traced.state.dropped, 0, "every photon is stored");
         for (means, [indirect, _]) in means.iter_mut().zip(&estimates.layers) {

@@ -160,7 +160,7 @@ fn estimates_are_the_stored_flux_less_the_derived_loss() {
     let mut flux = 0.0;
     for view in all_around() {
         // One seed: the same photons in front of every camera.
-        let frame = Frame { photons: settings(EMITTED, BOUNCES, 17), deterministic: false };
+        let frame = Frame { photons: settings(EMITTED, BOUNCES, 17), maps: None, deterministic: false };
         let estimates = lab.estimate(&gpu_scene, &view, frame, &mut all);
         flux = stored(&estimates.traced);
         for (sums, [indirect, _]) in sums.iter_mut().zip(&estimates.layers) {

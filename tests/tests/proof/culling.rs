@@ -18,7 +18,7 @@ fn culling_at_deposit_changes_no_pixel() {
     let mut all = strategies(&lab.sources, REACH_M, REACH_M);
     let mut render = |cull| {
         let photons = PhotonSettings { cull, ..PhotonSettings::new(40_000, 4, 2) };
-        lab.estimate(&gpu_scene, &view, Frame { photons, deterministic: true }, &mut all)
+        lab.estimate(&gpu_scene, &view, Frame { photons, maps: None, deterministic: true }, &mut all)
     };
     let whole = render(None);
     let culled = render(Some(DepositCull::new(&uniform, REACH_M)));

@@ -39,7 +39,7 @@ fn deterministic_images_are_equal_bit_for_bit() {
     let gpu_scene = lab.upload(&scene);
     let view = View::new(scene.cameras[0].clone(), [96, 54]);
     let mut all = strategies(&lab.sources, 0.04, 0.12);
-    let frame = Frame { photons: settings(30_000, 5, 3), deterministic: true };
+    let frame = Frame { photons: settings(30_000, 5, 3), maps: None, deterministic: true };
     let first = lab.estimate(&gpu_scene, &view, frame, &mut all);
     if lab.gpu.adapter.get_info().device_type == DeviceType::Cpu {
         // Lists in ascending order are summed as `exact` sums; where both shaders are compiled alike, which a compiler for a GPU need not

@@ -60,7 +60,7 @@ fn assert_equal(what: &str, estimates: &Estimates, all: &[Box<dyn Strategy>], r_
 fn check(lab: &mut Lab, scene: &Scene, emitted: u32, radius: f32) {
     let gpu_scene = lab.upload(scene);
     let view = View::new(scene.cameras[0].clone(), [80, 45]);
-    let frame = Frame { photons: settings(emitted, 5, 21), deterministic: false };
+    let frame = Frame { photons: settings(emitted, 5, 21), maps: None, deterministic: false };
     for (kind, r_min) in [("constant radius", radius), ("varying radii", 0.3 * radius)] {
         let mut all = strategies(&lab.sources, r_min, radius);
         let estimates = lab.estimate(&gpu_scene, &view, frame, &mut all);

@@ -38,7 +38,7 @@ fn assert_agree(scene: &Scene, emitted: u32, samples: u32) {
     let view = View::new(camera, [24, 24]);
     let mut hash_grid = strategies(&lab.sources, RADIUS, RADIUS).split_off(2);
     let gathered = |seed| {
-        let frame = Frame { photons: settings(emitted, BOUNCES, seed), deterministic: false };
+        let frame = Frame { photons: settings(emitted, BOUNCES, seed), maps: None, deterministic: false };
         let estimates = lab.estimate(&scene, &view, frame, &mut hash_grid);
         assert_eq!(estimates.traced.state.dropped, 0, "every photon is stored");
         estimates.layers[0][0].mean().iter().sum::<f64>() / 3.0
