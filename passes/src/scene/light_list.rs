@@ -65,7 +65,8 @@ impl LightList {
             let radiance = mean_radiance(scene, triangle, material);
             let sides = if material.double_sided { 2.0 } else { 1.0 };
             let power = PI * sides * triangle.area() * radiance;
-            if !(power.is_finite() && power.max_element() > 0.0) {
+            // A pose may leave a triangle without area.
+            if !(power.is_finite() && power.max_element() > 0.0 && triangle.is_sound()) {
                 continue;
             }
             of_triangle[index] = entries.len() as u32;

@@ -1,67 +1,149 @@
 //! The node hierarchy, flattened: instances, lights and cameras in world space.
 
-use super::primitives::{Geometry, decode_mesh};
+use super::primitives::decode_mesh;
 use super::{SceneError, Source, label};
+use crate::scene::animation::{Animation, Local, Node, Parent, Tracks};
 use crate::scene::budget::is_weight;
-use crate::scene::{Camera, Light, Scene, light};
+use crate::scene::placement::{Placement, Transform};
+use crate::scene::{Camera, Light, Scene, Triangle, light};
 use glam::{Mat4, Quat, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
-use gltf::scene::Transform;
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
-/// Walks the default scene, or the first one, or all root nodes when the file has no scene.
-pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneError> {
+/// Walks the default scene, or the first one, or all root nodes when the file has no scene. `tracks` move nodes, by their index.
+pub(super) fn load(source: &Source<'_>, tracks: HashMap<usize, Tracks>, scene: &mut Scene) -> Result<(), SceneError> {
     let nodes: Vec<gltf::Node<'_>> = source.document.nodes().collect();
     let mut visited = vec![false; nodes.len()];
-    let mut meshes: HashMap<usize, Vec<Geometry>> = HashMap::new();
+    let mut meshes: HashMap<usize, Vec<Arc<[Triangle]>>> = HashMap::new();
     let mut warnings = BTreeSet::new();
-    let mut cameras: Vec<(usize, Camera)> = Vec::new();
+    let mut cameras: Vec<(usize, Camera, Option<usize>)> = Vec::new();
+    let mut motion = Motion { idle: tracks.is_empty(), tracks, animation: Animation::default() };
+    let mut unsound = 0;
 
     // Depth first with an own stack: a deep chain of nodes must not exhaust that of the thread.
-    let mut stack: Vec<(usize, Mat4)> = roots(source).into_iter().rev().map(|i| (i, Mat4::IDENTITY)).collect();
-    while let Some((index, world_from_parent)) = stack.pop() {
+    let still = Placed { world_from_node: Mat4::IDENTITY, moving: None };
+    let mut stack: Vec<(usize, Placed)> = roots(source).into_iter().rev().map(|i| (i, still)).collect();
+    while let Some((index, parent)) = stack.pop() {
         let node = &nodes[index];
         let place = || label("node", index, node.name());
         if std::mem::replace(&mut visited[index], true) {
             let problem = "it is reached twice: the hierarchy has a cycle or a shared child";
             return Err(source.malformed(place(), problem));
         }
-        let world_from_node = world_from_parent * local_transform(node);
+        let placed = motion.place(node, parent, place);
+        let world_from_node = placed.world_from_node;
         if !world_from_node.is_finite() {
             return Err(source.malformed(place(), "its transform is not finite"));
         }
         if let Some(mesh) = node.mesh() {
-            let geometries = match meshes.entry(mesh.index()) {
+            let decoded = match meshes.entry(mesh.index()) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(new) => new.insert(decode_mesh(source, &mesh, &mut warnings)?),
             };
             if node.skin().is_some() {
-                warnings.insert(format!("{} is skinned; it is shown in its bind pose", place()));
+                warnings.insert(format!("{} is skinned; skins are not animated: it is shown in its bind pose", place()));
             }
-            for geometry in geometries.iter() {
-                geometry.instantiate(world_from_node, &mut scene.triangles);
+            for mesh in decoded.iter() {
+                unsound += motion.instantiate(mesh, placed, &mut scene.triangles);
             }
         }
         let json = &source.document.as_json().nodes[index];
         if let Some(camera) = json.camera {
             let camera = camera.value();
-            cameras.extend(read_camera(source, camera, node.name(), world_from_node, &mut warnings)?.map(|read| (camera, read)));
+            let read = read_camera(source, camera, node.name(), world_from_node, &mut warnings)?;
+            cameras.extend(read.map(|read| (camera, read, placed.moving)));
         }
         let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
             let index = extension.light.value();
+            if let Some(node) = placed.moving {
+                motion.animation.add_light(scene.lights.len(), node);
+            }
             scene.lights.push(read_light(source, index, world_from_node)?);
             label_light(source, index, node.name(), scene)?;
         }
-        stack.extend(node.children().map(|child| (child.index(), world_from_node)).collect::<Vec<_>>().into_iter().rev());
+        stack.extend(node.children().map(|child| (child.index(), placed)).collect::<Vec<_>>().into_iter().rev());
     }
     // "The first camera" is the file's first, whichever node comes first.
-    cameras.sort_by_key(|&(index, _)| index);
-    scene.cameras = cameras.into_iter().map(|(_, camera)| camera).collect();
+    cameras.sort_by_key(|&(index, ..)| index);
+    for (_, camera, moving) in cameras {
+        if let Some(node) = moving {
+            motion.animation.add_camera(scene.cameras.len(), node);
+        }
+        scene.cameras.push(camera);
+    }
     scene.warnings.extend(warnings);
+    if unsound > 0 {
+        let all = scene.triangles.len() + unsound;
+        scene.warnings.push(format!("{unsound} of {all} triangles have no area or no finite position and were dropped"));
+    }
+    if !motion.animation.is_idle() {
+        scene.animation = Some(Arc::new(motion.animation));
+    } else if !motion.idle {
+        scene.warnings.push("its animations move no mesh, light or camera".into());
+    }
     Ok(())
+}
+
+/// Where a node stands at rest, and which node of the animation it is, if it moves.
+#[derive(Clone, Copy)]
+struct Placed {
+    world_from_node: Mat4,
+    moving: Option<usize>,
+}
+
+/// What moves, as far as the walk has come.
+struct Motion {
+    /// Nothing moves in the file.
+    idle: bool,
+    tracks: HashMap<usize, Tracks>,
+    animation: Animation,
+}
+
+impl Motion {
+    /// Places a node within its parent. It moves if its parent does or tracks move it.
+    fn place(&mut self, node: &gltf::Node<'_>, parent: Placed, label: impl Fn() -> String) -> Placed {
+        let local = local_transform(node);
+        let parent_from_node = match &local {
+            Rest::Matrix(matrix) => *matrix,
+            Rest::Transform(transform) => transform.parent_from_node(),
+        };
+        let world_from_node = parent.world_from_node * parent_from_node;
+        let local = match (self.tracks.remove(&node.index()), local) {
+            (Some(tracks), Rest::Transform(rest)) => Local::Moving(rest, Box::new(tracks)),
+            _ => Local::Still(parent_from_node),
+        };
+        let parent = match (parent.moving, &local) {
+            (None, Local::Still(_)) => return Placed { world_from_node, moving: None },
+            (None, Local::Moving(..)) => Parent::Still(parent.world_from_node),
+            (Some(index), _) => Parent::Moving(index),
+        };
+        let moving = Some(self.animation.add_node(Node { label: label(), parent, local }));
+        Placed { world_from_node, moving }
+    }
+
+    /// Appends an instance and returns how many of its triangles were left out, because they cannot be hit. Of what moves only those
+    /// are left out that no pose gives an area.
+    fn instantiate(&mut self, mesh: &Arc<[Triangle]>, placed: Placed, triangles: &mut Vec<Triangle>) -> usize {
+        let placement = Placement::new(placed.world_from_node);
+        let first = triangles.len();
+        let Some(node) = placed.moving else {
+            triangles.extend(mesh.iter().map(|triangle| placement.place(triangle)).filter(Triangle::is_sound));
+            return first + mesh.len() - triangles.len();
+        };
+        let extended = if mesh.iter().all(Triangle::is_extended) {
+            Arc::clone(mesh)
+        } else {
+            mesh.iter().filter(|triangle| triangle.is_extended()).copied().collect()
+        };
+        triangles.extend(extended.iter().map(|triangle| placement.place(triangle)));
+        let left_out = mesh.len() - extended.len();
+        self.animation.add_instance(node, first, extended);
+        left_out
+    }
 }
 
 fn roots(source: &Source<'_>) -> Vec<usize> {
@@ -74,16 +156,20 @@ fn roots(source: &Source<'_>) -> Vec<usize> {
     (0..document.nodes().len()).filter(|index| !children.contains(index)).collect()
 }
 
-fn local_transform(node: &gltf::Node<'_>) -> Mat4 {
+/// A node's transform at rest.
+enum Rest {
+    Matrix(Mat4),
+    Transform(Transform),
+}
+
+fn local_transform(node: &gltf::Node<'_>) -> Rest {
     match node.transform() {
-        Transform::Matrix { matrix } => Mat4::from_cols_array_2d(&matrix),
-        Transform::Decomposed { translation, rotation, scale } => {
-            let rotation = Quat::from_array(rotation);
-            // Exporters round; a zero quaternion is no rotation.
-            let unit = rotation.length_squared().is_normal();
-            let rotation = if unit { rotation.normalize() } else { Quat::IDENTITY };
-            Mat4::from_scale_rotation_translation(scale.into(), rotation, translation.into())
-        }
+        gltf::scene::Transform::Matrix { matrix } => Rest::Matrix(Mat4::from_cols_array_2d(&matrix)),
+        gltf::scene::Transform::Decomposed { translation, rotation, scale } => Rest::Transform(Transform {
+            translation: translation.into(),
+            rotation: Quat::from_array(rotation),
+            scale: scale.into(),
+        }),
     }
 }
 
@@ -141,9 +227,8 @@ fn read_light(source: &Source<'_>, index: usize, world_from_node: Mat4) -> Resul
     if !strength.is_finite() || strength.min_element() < 0.0 {
         return Err(source.malformed(place, format!("its colour times intensity is {strength}")));
     }
-    let position_world = world_from_node.w_axis.truncate();
-    let direction_world = world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
-    Ok(match json.type_ {
+    let (position_world, direction_world) = (Vec3::ZERO, Vec3::NEG_Z);
+    let mut light = match json.type_ {
         Checked::Valid(punctual::Type::Directional) => Light::Directional { direction_world, irradiance: strength },
         Checked::Valid(punctual::Type::Spot) => {
             let spot = json.spot.clone().unwrap_or_default();
@@ -156,5 +241,7 @@ fn read_light(source: &Source<'_>, index: usize, world_from_node: Mat4) -> Resul
             Light::Spot { position_world, direction_world, intensity: strength, cos_inner, cos_outer }
         }
         Checked::Valid(punctual::Type::Point) | Checked::Invalid => Light::Point { position_world, intensity: strength },
-    })
+    };
+    light.move_to(world_from_node);
+    Ok(light)
 }

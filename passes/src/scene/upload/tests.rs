@@ -38,12 +38,12 @@ fn buffers_hold_the_scene() {
     let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
     let uploaded = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh).unwrap();
 
-    assert_eq!(read(&gpu, &uploaded.bvh_nodes), bvh.node_bytes());
-    let bytes = read(&gpu, &uploaded.bvh_triangles);
+    assert_eq!(read(&gpu, &uploaded.pose.bvh_nodes), bvh.node_bytes());
+    let bytes = read(&gpu, &uploaded.pose.bvh_triangles);
     let in_leaf_order: &[BvhTriangle] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.triangles);
+    let bytes = read(&gpu, &uploaded.pose.triangles);
     let attributes: &[TriangleAttributes] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.lights);
+    let bytes = read(&gpu, &uploaded.pose.lights);
     let lights: &[Light] = bytemuck::cast_slice(&bytes);
     let bytes = read(&gpu, &uploaded.materials);
     let materials: &[Material] = bytemuck::cast_slice(&bytes);
@@ -100,7 +100,7 @@ fn a_described_scene_declares_the_frame_of_an_uploaded_one() {
     };
     assert_eq!(declare(&described), declare(&uploaded));
     assert_eq!(described.bytes(), uploaded.bytes());
-    assert!(described.bvh_nodes.buffer.is_none() && described.texels.0.is_none(), "something was created");
+    assert!(described.pose.bvh_nodes.buffer.is_none() && described.texels.0.is_none(), "something was created");
 }
 
 #[test]
