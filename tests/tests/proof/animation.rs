@@ -230,8 +230,9 @@ fn an_animated_lamp_lights_by_its_closed_form() {
         for (pixel, [x, _, z, distance]) in image.pixels.iter().zip(&seen).filter(|(_, seen)| seen[3] > 0.0) {
             let [x, z] = [f64::from(*x) - lamp[0], f64::from(*z) - lamp[2]];
             let radiance = 0.5 / PI * 3.0 * lamp[1] / (x * x + lamp[1] * lamp[1] + z * z).powf(1.5);
-            // The G-buffer keeps 11 bits of the reflectance: half of 1/2047 is 5e-4 of ½. The rest is f32.
-            assert!((pixel[1] / radiance - 1.0).abs() < 6e-4, "{time} s: {pixel:?} for {radiance}, {distance} m away");
+            // The G-buffer keeps 11 bits of the reflectance: half of 1/2047 is 5e-4 of ½. The shading factor's ε of 1e-4 takes 2e-4 more
+            // at the lowest sun here (a cosine of 0.5).
+            assert!((pixel[1] / radiance - 1.0).abs() < 8e-4, "{time} s: {pixel:?} for {radiance}, {distance} m away");
         }
         assert!(seen.iter().filter(|seen| seen[3] > 0.0).count() > 400, "the plane fills most of the image");
     }
