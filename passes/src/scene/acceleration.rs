@@ -68,7 +68,7 @@ impl Acceleration {
     /// Builds it over the triangles of `bvh_triangles`, a buffer with the usage `BLAS_INPUT`, as they are when the queue comes to it.
     ///
     /// When triangles have moved it is built again in its memory: wgpu 30 takes `AccelerationStructureUpdateMode::PreferUpdate`
-    /// and builds anew all the same.
+    /// and builds anew all the same. The submission is one of its own, which wgpu runs behind the frames submitted before it.
     pub(super) fn build(&self, device: &wgpu::Device, queue: &wgpu::Queue, bvh_triangles: &wgpu::Buffer) {
         let geometry = wgpu::BlasTriangleGeometry {
             size: &self.size,

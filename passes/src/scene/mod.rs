@@ -90,9 +90,12 @@ impl Triangle {
 
     /// Whether it can be hit: all corners finite and of a size that arithmetic survives, area above zero.
     pub(crate) fn is_sound(&self) -> bool {
-        let in_range = |p: Vec3| p.is_finite() && p.abs().max_element() < LARGEST_COORDINATE_M;
-        let area = self.cross_world().length_squared();
-        self.positions_world.iter().all(|&p| in_range(p)) && area.is_normal()
+        self.is_in_range() && self.cross_world().length_squared().is_normal()
+    }
+
+    /// Whether all corners are finite and of a size that arithmetic survives.
+    pub(crate) fn is_in_range(&self) -> bool {
+        self.positions_world.iter().all(|p| p.is_finite() && p.abs().max_element() < LARGEST_COORDINATE_M)
     }
 }
 

@@ -141,11 +141,6 @@ impl Animation {
         self.nodes.iter().map(end).fold(0.0, f32::max)
     }
 
-    /// Triangles that move.
-    pub fn moving_triangles(&self) -> usize {
-        self.instances.iter().map(|instance| instance.mesh.len()).sum()
-    }
-
     /// World from node, for each node; or what is wrong with one of them.
     fn world_from_nodes(&self, time: f32) -> Result<Vec<Mat4>, String> {
         let mut world_from_nodes: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
@@ -167,8 +162,7 @@ impl Animation {
         for Instance { node, reach, .. } in &self.instances {
             let m = world_from_nodes[*node];
             let [x, y, z, w] = [m.x_axis, m.y_axis, m.z_axis, m.w_axis].map(|axis| axis.truncate().abs());
-            // Negated, so that an overflow counts as too far.
-            if !((x * reach.x + y * reach.y + z * reach.z + w).max_element() < LARGEST_COORDINATE_M) {
+            if (x * reach.x + y * reach.y + z * reach.z + w).max_element() >= LARGEST_COORDINATE_M {
                 let label = &self.nodes[*node].label;
                 return Err(format!("{label} reaches beyond {LARGEST_COORDINATE_M:e} m from the origin"));
             }

@@ -5,7 +5,7 @@ use super::{SceneError, Source, label};
 use crate::scene::animation::{Animation, Local, Node, Parent, Tracks};
 use crate::scene::budget::is_weight;
 use crate::scene::placement::{Placement, Transform};
-use crate::scene::{Camera, Light, Scene, Triangle, light};
+use crate::scene::{Camera, LARGEST_COORDINATE_M, Light, Scene, Triangle, light};
 use glam::{Mat4, Quat, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
@@ -47,7 +47,8 @@ pub(super) fn load(source: &Source<'_>, tracks: HashMap<usize, Tracks>, scene: &
                 warnings.insert(format!("{} is skinned; skins are not animated: it is shown in its bind pose", place()));
             }
             for mesh in decoded.iter() {
-                unsound += motion.instantiate(mesh, placed, &mut scene.triangles);
+                let instance = motion.instantiate(mesh, placed, &mut scene.triangles);
+                unsound += instance.map_err(|problem| source.malformed(place(), problem))?;
             }
         }
         let json = &source.document.as_json().nodes[index];
@@ -126,13 +127,13 @@ impl Motion {
     }
 
     /// Appends an instance and returns how many of its triangles were left out, because they cannot be hit. Of what moves only those
-    /// are left out that no pose gives an area.
-    fn instantiate(&mut self, mesh: &Arc<[Triangle]>, placed: Placed, triangles: &mut Vec<Triangle>) -> usize {
+    /// are left out that no pose gives an area; it must be in range as a whole.
+    fn instantiate(&mut self, mesh: &Arc<[Triangle]>, placed: Placed, triangles: &mut Vec<Triangle>) -> Result<usize, String> {
         let placement = Placement::new(placed.world_from_node);
         let first = triangles.len();
         let Some(node) = placed.moving else {
             triangles.extend(mesh.iter().map(|triangle| placement.place(triangle)).filter(Triangle::is_sound));
-            return first + mesh.len() - triangles.len();
+            return Ok(first + mesh.len() - triangles.len());
         };
         let extended = if mesh.iter().all(Triangle::is_extended) {
             Arc::clone(mesh)
@@ -140,9 +141,12 @@ impl Motion {
             mesh.iter().filter(|triangle| triangle.is_extended()).copied().collect()
         };
         triangles.extend(extended.iter().map(|triangle| placement.place(triangle)));
+        if !triangles[first..].iter().all(Triangle::is_in_range) {
+            return Err(format!("it is animated, and at rest it reaches beyond {LARGEST_COORDINATE_M:e} m from the origin"));
+        }
         let left_out = mesh.len() - extended.len();
         self.animation.add_instance(node, first, extended);
-        left_out
+        Ok(left_out)
     }
 }
 

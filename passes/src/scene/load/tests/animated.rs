@@ -39,15 +39,17 @@ impl Channel {
         document.bytes.extend(floats(&self.values));
         let (times, values) = (4 * self.times.len(), 4 * self.values.len());
         let between = start + times;
-        document.views += &format!(
+        let views = format!(
             r#",{{"buffer":0,"byteOffset":{start},"byteLength":{times}}},{{"buffer":0,"byteOffset":{between},"byteLength":{values}}}"#
         );
-        document.accessors += &format!(
+        document.views.push_str(&views);
+        let accessors = format!(
             r#",{{"bufferView":2,"componentType":5126,"count":{},"type":"SCALAR"}},{{"bufferView":3,"componentType":5126,"count":{},"type":"{}"}}"#,
             self.times.len(),
             self.count,
             self.kind
         );
+        document.accessors.push_str(&accessors);
         document.more = format!(
             r#","animations":[{{"name":"Sway","channels":[{{"sampler":0,"target":{{"node":{},"path":"{}"}}}}],"samplers":[{{"input":2,"output":3,"interpolation":"{}"}}]}}]"#,
             self.target, self.path, self.interpolation
@@ -197,6 +199,9 @@ fn broken_channels_are_named() {
     let mut matrix = Channel::default().document();
     matrix.nodes = r#"{"mesh":0,"matrix":[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}"#.into();
     refused(&matrix, &[place, "has a matrix"]);
+    let mut far = Channel { path: "scale", values: vec![1.0; 6], ..Channel::default() }.document();
+    far.nodes = r#"{"mesh":0,"name":"moon","translation":[4e8,0,0]}"#.into();
+    refused(&far, &["node 0 `moon`", "at rest", "1e8 m"]);
     let replaced = |from: &str, to: &str| {
         let mut document = Channel::default().document();
         document.more = document.more.replace(from, to);
