@@ -48,16 +48,21 @@ impl Placement {
     /// A triangle in world space, out of one in the mesh's space. Mirroring transforms swap two corners, so that front sides stay
     /// front sides; normals go by the inverse transpose, and where there is none the geometric one stands.
     pub(super) fn place(&self, mesh: &Triangle) -> Triangle {
-        let [a, b, c] = if self.mirrored { [0, 2, 1] } else { [0, 1, 2] };
-        let of = |values: &[Vec3; 3]| [values[a], values[b], values[c]];
+        Self::place_corners([self; 3], mesh)
+    }
+
+    /// As [`Self::place`], each corner by a transform of its own; the first says whether fronts are mirrored.
+    pub(super) fn place_corners(placements: [&Self; 3], mesh: &Triangle) -> Triangle {
+        let order = if placements[0].mirrored { [0, 2, 1] } else { [0, 1, 2] };
         let mut triangle = Triangle {
-            positions_world: of(&mesh.positions_world).map(|p| self.world_from_mesh.transform_point3(p)),
+            positions_world: order.map(|i| placements[i].world_from_mesh.transform_point3(mesh.positions_world[i])),
             normals_world: [Vec3::ZERO; 3],
-            uvs: [mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]],
+            uvs: order.map(|i| mesh.uvs[i]),
             material: mesh.material,
         };
         let flat = triangle.normal_world();
-        triangle.normals_world = of(&mesh.normals_world).map(|n| (self.normal_matrix * n).try_normalize().unwrap_or(flat));
+        triangle.normals_world =
+            order.map(|i| (placements[i].normal_matrix * mesh.normals_world[i]).try_normalize().unwrap_or(flat));
         triangle
     }
 }

@@ -11,8 +11,10 @@
 //! All animations of a file are played together. Before its first key and after its last one a property holds their value
 //! (glTF 2.0, 3.11), so time ends by itself; who wants a loop poses at `time.rem_euclid(duration)`.
 
+mod skin;
 mod track;
 
+pub(super) use skin::{Binding, place_skinned};
 pub(super) use track::{Interpolation, Track, Value};
 
 use super::placement::{Placement, Transform};
@@ -67,13 +69,27 @@ pub(super) struct Tracks {
     pub(super) scale: Option<Track<Vec3>>,
 }
 
-/// Triangles that follow a node.
+/// A node that a skin follows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SkinJoint {
+    pub(super) node: usize,
+    pub(super) joint_from_mesh: Mat4,
+}
+
+/// What triangles follow.
+#[derive(Clone, Debug)]
+enum Follows {
+    Node(usize),
+    Skin(Vec<SkinJoint>, Arc<[[Binding; 3]]>),
+}
+
+/// Triangles that follow nodes.
 #[derive(Clone, Debug)]
 struct Instance {
-    node: usize,
+    follows: Follows,
     /// Index of the first in the scene.
     first: usize,
-    /// In the space of the node.
+    /// In the space of the node, or of the skinned mesh.
     mesh: Arc<[Triangle]>,
     /// Greatest absolute coordinates of the mesh.
     reach: Vec3,
@@ -99,6 +115,36 @@ impl Tracks {
     }
 }
 
+impl Instance {
+    /// The nodes that it follows, world from mesh by each of them, and how far the mesh reaches.
+    fn transforms(&self, world_from_nodes: &[Mat4]) -> Vec<(usize, Mat4, Vec3)> {
+        match &self.follows {
+            Follows::Node(node) => vec![(*node, world_from_nodes[*node], self.reach)],
+            Follows::Skin(joints, _) => {
+                let of = |joint: &SkinJoint| (joint.node, world_from_nodes[joint.node] * joint.joint_from_mesh, self.reach);
+                joints.iter().map(of).collect()
+            }
+        }
+    }
+
+    fn place(&self, world_from_nodes: &[Mat4], triangles: &mut [Triangle]) {
+        match &self.follows {
+            Follows::Node(node) => {
+                let placement = Placement::new(world_from_nodes[*node]);
+                for (triangle, mesh) in triangles.iter_mut().zip(self.mesh.iter()) {
+                    *triangle = placement.place(mesh);
+                }
+            }
+            Follows::Skin(_, bindings) => {
+                let world_from_mesh: Vec<Mat4> = self.transforms(world_from_nodes).into_iter().map(|(_, m, _)| m).collect();
+                for (triangle, placed) in triangles.iter_mut().zip(place_skinned(&self.mesh, bindings, &world_from_mesh)) {
+                    *triangle = placed;
+                }
+            }
+        }
+    }
+}
+
 impl Animation {
     /// Adds a node, whose parent must be there already.
     pub(super) fn add_node(&mut self, node: Node) -> usize {
@@ -108,8 +154,23 @@ impl Animation {
 
     /// Lets the triangles from `first` on, which are `mesh` in the space of `node`, follow it.
     pub(super) fn add_instance(&mut self, node: usize, first: usize, mesh: Arc<[Triangle]>) {
+        self.add(Follows::Node(node), first, mesh);
+    }
+
+    /// Lets the triangles from `first` on follow the joints of a skin, to which `bindings` bind the corners of `mesh`.
+    pub(super) fn add_skinned(
+        &mut self,
+        joints: Vec<SkinJoint>,
+        bindings: Arc<[[Binding; 3]]>,
+        first: usize,
+        mesh: Arc<[Triangle]>,
+    ) {
+        self.add(Follows::Skin(joints, bindings), first, mesh);
+    }
+
+    fn add(&mut self, follows: Follows, first: usize, mesh: Arc<[Triangle]>) {
         let reach = mesh.iter().flat_map(|t| t.positions_world).fold(Vec3::ZERO, |reach, p| reach.max(p.abs()));
-        self.instances.push(Instance { node, first, mesh, reach });
+        self.instances.push(Instance { follows, first, mesh, reach });
     }
 
     /// Lets a light of the scene follow `node`.
@@ -159,11 +220,10 @@ impl Animation {
             }
             world_from_nodes.push(world_from_node);
         }
-        for Instance { node, reach, .. } in &self.instances {
-            let m = world_from_nodes[*node];
+        for (node, m, reach) in self.instances.iter().flat_map(|instance| instance.transforms(&world_from_nodes)) {
             let [x, y, z, w] = [m.x_axis, m.y_axis, m.z_axis, m.w_axis].map(|axis| axis.truncate().abs());
-            if (x * reach.x + y * reach.y + z * reach.z + w).max_element() >= LARGEST_COORDINATE_M {
-                let label = &self.nodes[*node].label;
+            if !m.is_finite() || (x * reach.x + y * reach.y + z * reach.z + w).max_element() >= LARGEST_COORDINATE_M {
+                let label = &self.nodes[node].label;
                 return Err(format!("{label} reaches beyond {LARGEST_COORDINATE_M:e} m from the origin"));
             }
         }
@@ -199,11 +259,8 @@ impl Scene {
             return Err(wrong("triangles, lights or cameras that it moves were removed; set `animation` to `None` too".into()));
         }
         let world_from_nodes = animation.world_from_nodes(time).map_err(wrong)?;
-        for Instance { node, first, mesh, .. } in &animation.instances {
-            let placement = Placement::new(world_from_nodes[*node]);
-            for (triangle, mesh) in self.triangles[*first..].iter_mut().zip(mesh.iter()) {
-                *triangle = placement.place(mesh);
-            }
+        for instance in &animation.instances {
+            instance.place(&world_from_nodes, &mut self.triangles[instance.first..]);
         }
         for &(light, node) in &animation.lights {
             self.lights[light].move_to(world_from_nodes[node]);

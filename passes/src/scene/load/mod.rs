@@ -9,8 +9,10 @@ mod buffers;
 mod container;
 mod images;
 mod materials;
+mod motion;
 mod nodes;
 mod primitives;
+mod skins;
 
 #[cfg(test)]
 mod tests;

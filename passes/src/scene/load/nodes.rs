@@ -1,12 +1,12 @@
 //! The node hierarchy, flattened: instances, lights and cameras in world space.
 
-use super::primitives::decode_mesh;
-use super::{SceneError, Source, label};
-use crate::scene::animation::{Animation, Local, Node, Parent, Tracks};
+use super::motion::{Motion, Placed};
+use super::primitives::{Shape, decode_mesh};
+use super::{SceneError, Source, label, skins};
+use crate::scene::animation::Tracks;
 use crate::scene::budget::is_weight;
-use crate::scene::placement::{Placement, Transform};
-use crate::scene::{Camera, LARGEST_COORDINATE_M, Light, Scene, Triangle, light};
-use glam::{Mat4, Quat, Vec3};
+use crate::scene::{Camera, Light, Scene, light};
+use glam::{Mat4, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
 use std::collections::hash_map::Entry;
@@ -16,42 +16,43 @@ use std::sync::Arc;
 /// Walks the default scene, or the first one, or all root nodes when the file has no scene. `tracks` move nodes, by their index.
 pub(super) fn load(source: &Source<'_>, tracks: HashMap<usize, Tracks>, scene: &mut Scene) -> Result<(), SceneError> {
     let nodes: Vec<gltf::Node<'_>> = source.document.nodes().collect();
-    let mut visited = vec![false; nodes.len()];
-    let mut meshes: HashMap<usize, Vec<Arc<[Triangle]>>> = HashMap::new();
+    let mut visited: Vec<Option<Placed>> = vec![None; nodes.len()];
+    let mut meshes: HashMap<usize, Vec<Shape>> = HashMap::new();
     let mut warnings = BTreeSet::new();
     let mut cameras: Vec<(usize, Camera, Option<usize>)> = Vec::new();
-    let mut motion = Motion { idle: tracks.is_empty(), tracks, animation: Animation::default() };
-    let mut unsound = 0;
+    let animated = !tracks.is_empty();
+    let mut motion = Motion { tracks, ..Motion::default() };
+    // A mesh that follows joints comes when all of them are placed.
+    let mut skinned = Vec::new();
 
     // Depth first with an own stack: a deep chain of nodes must not exhaust that of the thread.
-    let still = Placed { world_from_node: Mat4::IDENTITY, moving: None };
-    let mut stack: Vec<(usize, Placed)> = roots(source).into_iter().rev().map(|i| (i, still)).collect();
+    let mut stack: Vec<(usize, Placed)> = roots(source).into_iter().rev().map(|i| (i, Placed::WORLD)).collect();
     while let Some((index, parent)) = stack.pop() {
         let node = &nodes[index];
         let place = || label("node", index, node.name());
-        if std::mem::replace(&mut visited[index], true) {
+        if visited[index].is_some() {
             let problem = "it is reached twice: the hierarchy has a cycle or a shared child";
             return Err(source.malformed(place(), problem));
         }
         let placed = motion.place(node, parent, place);
+        visited[index] = Some(placed);
         let world_from_node = placed.world_from_node;
         if !world_from_node.is_finite() {
             return Err(source.malformed(place(), "its transform is not finite"));
         }
+        let json = &source.document.as_json().nodes[index];
         if let Some(mesh) = node.mesh() {
             let decoded = match meshes.entry(mesh.index()) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(new) => new.insert(decode_mesh(source, &mesh, &mut warnings)?),
             };
-            if node.skin().is_some() {
-                warnings.insert(format!("{} is skinned; skins are not animated: it is shown in its bind pose", place()));
-            }
-            for mesh in decoded.iter() {
-                let instance = motion.instantiate(mesh, placed, &mut scene.triangles);
-                unsound += instance.map_err(|problem| source.malformed(place(), problem))?;
+            match json.skin {
+                Some(skin) => skinned.push((place(), mesh.index(), skin.value())),
+                None => (decoded.iter())
+                    .try_for_each(|shape| motion.instantiate(shape, placed, &mut scene.triangles))
+                    .map_err(|problem| source.malformed(place(), problem))?,
             }
         }
-        let json = &source.document.as_json().nodes[index];
         if let Some(camera) = json.camera {
             let camera = camera.value();
             let read = read_camera(source, camera, node.name(), world_from_node, &mut warnings)?;
@@ -68,6 +69,18 @@ pub(super) fn load(source: &Source<'_>, tracks: HashMap<usize, Tracks>, scene: &
         }
         stack.extend(node.children().map(|child| (child.index(), placed)).collect::<Vec<_>>().into_iter().rev());
     }
+    for (place, mesh, skin) in skinned {
+        let wrong = |problem| source.malformed(place.clone(), problem);
+        let joints = skins::read_joints(source, skin)?.into_iter().map(|joint| {
+            let placed = visited.get(joint.node).copied().flatten();
+            placed.map(|placed| (placed, joint.joint_from_mesh)).ok_or(joint.node)
+        });
+        let joints = joints.collect::<Result<Vec<_>, _>>();
+        let joints = joints.map_err(|node| wrong(format!("joint node {node} of its skin is not in the scene")))?;
+        for shape in &meshes[&mesh] {
+            motion.instantiate_skinned(shape, &joints, &place, &mut scene.triangles).map_err(wrong)?;
+        }
+    }
     // "The first camera" is the file's first, whichever node comes first.
     cameras.sort_by_key(|&(index, ..)| index);
     for (_, camera, moving) in cameras {
@@ -77,77 +90,17 @@ pub(super) fn load(source: &Source<'_>, tracks: HashMap<usize, Tracks>, scene: &
         scene.cameras.push(camera);
     }
     scene.warnings.extend(warnings);
-    if unsound > 0 {
-        let all = scene.triangles.len() + unsound;
-        scene.warnings.push(format!("{unsound} of {all} triangles have no area or no finite position and were dropped"));
+    let left_out = motion.left_out;
+    if left_out > 0 {
+        let all = scene.triangles.len() + left_out;
+        scene.warnings.push(format!("{left_out} of {all} triangles have no area or no finite position and were dropped"));
     }
     if !motion.animation.is_idle() {
         scene.animation = Some(Arc::new(motion.animation));
-    } else if !motion.idle {
+    } else if animated {
         scene.warnings.push("its animations move no mesh, light or camera".into());
     }
     Ok(())
-}
-
-/// Where a node stands at rest, and which node of the animation it is, if it moves.
-#[derive(Clone, Copy)]
-struct Placed {
-    world_from_node: Mat4,
-    moving: Option<usize>,
-}
-
-/// What moves, as far as the walk has come.
-struct Motion {
-    /// Nothing moves in the file.
-    idle: bool,
-    tracks: HashMap<usize, Tracks>,
-    animation: Animation,
-}
-
-impl Motion {
-    /// Places a node within its parent. It moves if its parent does or tracks move it.
-    fn place(&mut self, node: &gltf::Node<'_>, parent: Placed, label: impl Fn() -> String) -> Placed {
-        let local = local_transform(node);
-        let parent_from_node = match &local {
-            Rest::Matrix(matrix) => *matrix,
-            Rest::Transform(transform) => transform.parent_from_node(),
-        };
-        let world_from_node = parent.world_from_node * parent_from_node;
-        let local = match (self.tracks.remove(&node.index()), local) {
-            (Some(tracks), Rest::Transform(rest)) => Local::Moving(rest, Box::new(tracks)),
-            _ => Local::Still(parent_from_node),
-        };
-        let parent = match (parent.moving, &local) {
-            (None, Local::Still(_)) => return Placed { world_from_node, moving: None },
-            (None, Local::Moving(..)) => Parent::Still(parent.world_from_node),
-            (Some(index), _) => Parent::Moving(index),
-        };
-        let moving = Some(self.animation.add_node(Node { label: label(), parent, local }));
-        Placed { world_from_node, moving }
-    }
-
-    /// Appends an instance and returns how many of its triangles were left out, because they cannot be hit. Of what moves only those
-    /// are left out that no pose gives an area; it must be in range as a whole.
-    fn instantiate(&mut self, mesh: &Arc<[Triangle]>, placed: Placed, triangles: &mut Vec<Triangle>) -> Result<usize, String> {
-        let placement = Placement::new(placed.world_from_node);
-        let first = triangles.len();
-        let Some(node) = placed.moving else {
-            triangles.extend(mesh.iter().map(|triangle| placement.place(triangle)).filter(Triangle::is_sound));
-            return Ok(first + mesh.len() - triangles.len());
-        };
-        let extended = if mesh.iter().all(Triangle::is_extended) {
-            Arc::clone(mesh)
-        } else {
-            mesh.iter().filter(|triangle| triangle.is_extended()).copied().collect()
-        };
-        triangles.extend(extended.iter().map(|triangle| placement.place(triangle)));
-        if !triangles[first..].iter().all(Triangle::is_in_range) {
-            return Err(format!("it is animated, and at rest it reaches beyond {LARGEST_COORDINATE_M:e} m from the origin"));
-        }
-        let left_out = mesh.len() - extended.len();
-        self.animation.add_instance(node, first, extended);
-        Ok(left_out)
-    }
 }
 
 fn roots(source: &Source<'_>) -> Vec<usize> {
@@ -158,23 +111,6 @@ fn roots(source: &Source<'_>) -> Vec<usize> {
     let children: BTreeSet<usize> =
         document.nodes().flat_map(|node| node.children().map(|child| child.index()).collect::<Vec<_>>()).collect();
     (0..document.nodes().len()).filter(|index| !children.contains(index)).collect()
-}
-
-/// A node's transform at rest.
-enum Rest {
-    Matrix(Mat4),
-    Transform(Transform),
-}
-
-fn local_transform(node: &gltf::Node<'_>) -> Rest {
-    match node.transform() {
-        gltf::scene::Transform::Matrix { matrix } => Rest::Matrix(Mat4::from_cols_array_2d(&matrix)),
-        gltf::scene::Transform::Decomposed { translation, rotation, scale } => Rest::Transform(Transform {
-            translation: translation.into(),
-            rotation: Quat::from_array(rotation),
-            scale: scale.into(),
-        }),
-    }
 }
 
 /// Perspective cameras; orthographic ones are skipped with a warning.

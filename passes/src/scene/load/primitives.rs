@@ -1,20 +1,28 @@
 //! Mesh primitives → triangles in mesh space.
 
-use super::{SceneError, Source, accessor, label, materials};
+use super::{SceneError, Source, accessor, label, materials, skins};
 use crate::scene::Triangle;
+use crate::scene::animation::Binding;
 use glam::{Vec2, Vec3};
 use gltf::Semantic;
 use gltf::mesh::Mode;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Decodes the primitives of a mesh, once for all its instances; those that are not triangles are skipped with a warning. Triangles
-/// without normals have zeros in their place.
+/// A primitive in the space of its mesh.
+pub(super) struct Shape {
+    /// Those without normals have zeros in their place.
+    pub(super) triangles: Arc<[Triangle]>,
+    /// How the corners are bound to joints; `None`: not at all.
+    pub(super) bindings: Option<Arc<[[Binding; 3]]>>,
+}
+
+/// Decodes the primitives of a mesh, once for all its instances; those that are not triangles are skipped with a warning.
 pub(super) fn decode_mesh(
     source: &Source<'_>,
     mesh: &gltf::Mesh<'_>,
     warnings: &mut BTreeSet<String>,
-) -> Result<Vec<Arc<[Triangle]>>, SceneError> {
+) -> Result<Vec<Shape>, SceneError> {
     let mesh_label = label("mesh", mesh.index(), mesh.name());
     let mut decoded = Vec::new();
     for primitive in mesh.primitives() {
@@ -26,6 +34,9 @@ pub(super) fn decode_mesh(
         }
         if primitive.morph_targets().len() > 0 {
             warnings.insert(format!("{mesh_label} has morph targets, which are ignored"));
+        }
+        if primitive.get(&Semantic::Joints(1)).is_some() {
+            warnings.insert(format!("{mesh_label} has vertices of more than four joints; the first four count"));
         }
         if primitive.get(&Semantic::Colors(0)).is_some() {
             warnings.insert(format!("{mesh_label} has vertex colours, which are ignored"));
@@ -40,7 +51,7 @@ fn decode(
     primitive: &gltf::Primitive<'_>,
     place: &str,
     warnings: &mut BTreeSet<String>,
-) -> Result<Arc<[Triangle]>, SceneError> {
+) -> Result<Shape, SceneError> {
     let what = |semantic: &str| format!("{place}, {semantic}");
     let Some(accessor) = primitive.get(&Semantic::Positions) else {
         return Err(source.malformed(place, "it has no POSITION"));
@@ -101,7 +112,10 @@ fn decode(
             material,
         }
     };
-    Ok(assemble(mode, &indices).into_iter().map(triangle).collect())
+    let corners = assemble(mode, &indices);
+    let vertices = skins::read_bindings(source, primitive, place, positions.len())?;
+    let bindings = vertices.map(|of| corners.iter().map(|corners| corners.map(|i| of[i as usize])).collect());
+    Ok(Shape { triangles: corners.into_iter().map(triangle).collect(), bindings })
 }
 
 /// Triangles of a list, strip or fan, all wound alike (glTF 2.0, 3.7.2.1).

@@ -130,6 +130,79 @@ fn children_lights_and_cameras_go_along() {
     assert!(scene.triangles[0].positions_world[0].abs_diff_eq(Vec3::new(4.0, 1.0, -2.0), 1e-6), "{:?}", scene.triangles);
 }
 
+/// The triangle bound to two joints: its first corner to node 1, which stands still, its second to node 2, which moves, its third to
+/// both alike. The node of the mesh itself does not count. The second joint's inverse bind matrix moves by −1 along y.
+fn skinned(joints: [u8; 12], weights: [f32; 12]) -> Document {
+    let mut document = Channel { target: 2, ..Channel::default() }.document();
+    document.nodes =
+        r#"{"mesh":0,"skin":0,"translation":[9,9,9]},{"children":[2],"translation":[0,0,1]},{"translation":[0,1,0]}"#.into();
+    document.scene_nodes = "0,1".into();
+    document.primitives = r#"{"attributes":{"POSITION":0,"JOINTS_0":4,"WEIGHTS_0":5},"indices":1}"#.into();
+    let start = document.bytes.len();
+    document.bytes.extend(joints);
+    document.bytes.extend(floats(&weights));
+    let still = glam::Mat4::IDENTITY.to_cols_array();
+    let below = glam::Mat4::from_translation(Vec3::NEG_Y).to_cols_array();
+    document.bytes.extend(floats(&[still, below].concat()));
+    let views = [(start, 12), (start + 12, 48), (start + 60, 128)];
+    let views = views.map(|(at, length)| format!(r#",{{"buffer":0,"byteOffset":{at},"byteLength":{length}}}"#));
+    document.views.push_str(&views.concat());
+    document.accessors.push_str(concat!(
+        r#",{"bufferView":4,"componentType":5121,"count":3,"type":"VEC4"},"#,
+        r#"{"bufferView":5,"componentType":5126,"count":3,"type":"VEC4"},"#,
+        r#"{"bufferView":6,"componentType":5126,"count":2,"type":"MAT4"}"#
+    ));
+    document.more += r#","skins":[{"name":"Arm","joints":[1,2],"inverseBindMatrices":6}]"#;
+    document
+}
+
+const JOINTS: [u8; 12] = [0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0];
+const WEIGHTS: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0];
+
+#[test]
+fn skinned_meshes_follow_their_joints() {
+    let mut scene = skinned(JOINTS, WEIGHTS).load().unwrap();
+    // At rest both joints bring the mesh to z = 1.
+    let expected = [Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0)];
+    assert_eq!(scene.triangles[0].positions_world, expected);
+    // The track replaces the translation (0, 1, 0) of the second joint by (2, 0, −1).
+    scene.pose(1.5).unwrap();
+    let expected = [Vec3::Z, Vec3::new(3.0, -1.0, 0.0), Vec3::new(1.0, 0.5, 0.5)];
+    for (found, expected) in scene.triangles[0].positions_world.iter().zip(expected) {
+        assert!(found.abs_diff_eq(expected, 1e-6), "{found} ≠ {expected}");
+    }
+    // Without animation the mesh stands where its joints do.
+    let mut still = skinned(JOINTS, WEIGHTS);
+    still.more = still.more.replace("animations", "extras");
+    let still = still.load().unwrap();
+    assert!(still.animation.is_none() && still.triangles[0].positions_world[0] == Vec3::Z, "{:?}", still.triangles);
+}
+
+#[test]
+fn broken_skins_are_named() {
+    let mut joints = JOINTS;
+    joints[4] = 2;
+    refused(&skinned(joints, WEIGHTS), &["node 0", "bound to joint 2", "its skin has 2"]);
+    let mut weights = WEIGHTS;
+    weights[9] = -0.5;
+    refused(&skinned(JOINTS, weights), &["mesh 0 `Roof`, primitive 0, WEIGHTS_0", "vertex 2", "0 and above"]);
+    let mut few = skinned(JOINTS, WEIGHTS);
+    few.accessors = few.accessors.replace(r#""count":2,"type":"MAT4""#, r#""count":1,"type":"MAT4""#);
+    refused(&few, &["skin 0 `Arm`", "2 joints and 1 inverse bind matrices"]);
+    let mut outside = skinned(JOINTS, WEIGHTS);
+    outside.scene_nodes = "0".into();
+    refused(&outside, &["node 0", "joint node 1", "not in the scene"]);
+    let mut unbound = skinned(JOINTS, WEIGHTS);
+    unbound.primitives = r#"{"attributes":{"POSITION":0},"indices":1}"#.into();
+    refused(&unbound, &["node 0", "no JOINTS_0 and WEIGHTS_0"]);
+    let mut short = skinned(JOINTS, WEIGHTS);
+    short.accessors = short.accessors.replace(r#""componentType":5121,"count":3"#, r#""componentType":5121,"count":2"#);
+    refused(&short, &["JOINTS_0", "2 elements, POSITION has 3"]);
+    let mut absent = skinned(JOINTS, WEIGHTS);
+    absent.nodes = absent.nodes.replace(r#""skin":0"#, r#""skin":3"#);
+    refused(&absent, &["nodes[0].skin", "out of bounds"]);
+}
+
 #[test]
 fn what_no_pose_shows_is_dropped_and_what_one_shows_is_kept() {
     let mut document = Channel { path: "scale", values: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], ..Channel::default() }.document();
@@ -214,15 +287,16 @@ fn broken_channels_are_named() {
 
 #[test]
 fn every_byte_of_an_animated_glb_may_be_wrong() {
-    let whole = Channel::default().document().glb();
-    assert!(Scene::from_slice(&whole, "t.glb").unwrap().animation.is_some(), "it moves");
-    for at in 0..whole.len() {
-        for flip in [0x01, 0x10, 0x80, 0xff] {
-            let mut glb = whole.clone();
-            glb[at] ^= flip;
-            // Whatever comes out, it comes out, and can be posed or not.
-            if let Ok(mut scene) = Scene::from_slice(&glb, "t.glb") {
-                let _ = scene.pose(1.0);
+    for whole in [Channel::default().document().glb(), skinned(JOINTS, WEIGHTS).glb()] {
+        assert!(Scene::from_slice(&whole, "t.glb").unwrap().animation.is_some(), "it moves");
+        for at in 0..whole.len() {
+            for flip in [0x01, 0x10, 0x80, 0xff] {
+                let mut glb = whole.clone();
+                glb[at] ^= flip;
+                // Whatever comes out, it comes out, and can be posed or not.
+                if let Ok(mut scene) = Scene::from_slice(&glb, "t.glb") {
+                    let _ = scene.pose(1.0);
+                }
             }
         }
     }
