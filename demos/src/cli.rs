@@ -7,7 +7,8 @@ use lightloom_passes::{PhotonStore, RayBackend, Rsm};
 
 use crate::Error;
 use crate::values::{
-    Assignment, EnvironmentArg, ImageSize, LightPhotons, Shown, parse_count, parse_positive, parse_radius, parse_strategy,
+    Assignment, EnvironmentArg, ImageSize, LightPhotons, Shown, parse_count, parse_positive, parse_radius, parse_rate,
+    parse_strategy, parse_time,
 };
 
 /// Renders glTF scenes by photon density estimation and compares the estimators.
@@ -47,6 +48,13 @@ pub(crate) struct RenderArgs {
     /// Paths per pixel of strategy `path`
     #[arg(long, value_name = "N", default_value = "64", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) samples: u32,
+    /// Render N images of an animated scene, from --time on, as OUT.0000.png and so on. Each shows one pose, by its own --frames and
+    /// the same seed; results.json beside them tells what moving the scene cost
+    #[arg(long, value_name = "N", value_parser = parse_positive, allow_negative_numbers = true)]
+    pub(crate) animate: Option<u32>,
+    /// Images per second of the animation
+    #[arg(long, value_name = "F", default_value = "24", value_parser = parse_rate, allow_negative_numbers = true, requires = "animate")]
+    pub(crate) fps: f32,
     /// Also write the frames' times as a trace for Chrome's tracing page, Perfetto or Tracy
     #[arg(long, value_name = "FILE.json")]
     pub(crate) profile: Option<PathBuf>,
@@ -92,13 +100,16 @@ pub(crate) struct SceneArgs {
     /// A camera of the file; its first when not given
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) camera: Option<String>,
+    /// Show an animated scene S seconds into its animation; at rest when not given. After its last key it stays
+    #[arg(long, value_name = "S", value_parser = parse_time, allow_negative_numbers = true)]
+    pub(crate) time: Option<f32>,
     /// Photons emitted per frame, such as 250k or 1M
     #[arg(long, value_name = "N", default_value = "1M", value_parser = parse_count, allow_negative_numbers = true)]
     pub(crate) photons: u32,
     /// Bounces of a path at most; the default is as good as no limit, for roulette ends paths long before
     #[arg(long, value_name = "N", default_value = "32", value_parser = clap::value_parser!(u32).range(0..=256), allow_negative_numbers = true)]
     pub(crate) bounces: u32,
-    /// Frames to average, each with other photons
+    /// Frames to average, each with other photons, all of the same pose
     #[arg(long, value_name = "N", default_value = "1", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) frames: u32,
     /// Constant search radius in metres; the strategy's own when not given

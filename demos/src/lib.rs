@@ -47,7 +47,9 @@ pub use exposure::Exposure;
 pub use image_io::{read_exr, write_exr};
 pub use metrics::{flip, mean_ratio, relative_mse, signed_error};
 pub use picture::Picture;
-pub use results::{Flux, LightPhotons, Memory, PassTime, PhotonCounts, Reference, Results, Settings, StrategyResult};
+pub use results::{
+    Flux, LightPhotons, Memory, PassTime, PhotonCounts, Reference, Results, SequenceImage, Settings, StrategyResult,
+};
 
 /// The largest width and height of an image (pixels).
 pub const MAX_SIZE: u32 = 16384;

@@ -18,6 +18,9 @@ pub struct Results {
     pub strategies: Vec<StrategyResult>,
     /// What the strategies are compared with.
     pub reference: Option<Reference>,
+    /// The images of `lightloom render --animate`, whose last one `strategies` is of; else left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sequence: Vec<SequenceImage>,
     /// What shines, and how many photons it is given.
     #[serde(default)]
     pub lights: Vec<LightPhotons>,
@@ -27,6 +30,27 @@ pub struct Results {
     pub timing: String,
     /// What a reader should know before trusting the numbers.
     pub warnings: Vec<String>,
+}
+
+/// One image of an animation. Times to move the scene are wall-clock times on the CPU.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SequenceImage {
+    /// Its name, beside this file.
+    pub file: String,
+    /// The pose shown (s).
+    pub time: f32,
+    /// Moving triangles, lights and cameras (ms).
+    pub pose_ms: f64,
+    /// How the hierarchy followed: `refit`, new boxes for the same nodes, or `rebuild`.
+    pub hierarchy: String,
+    /// That (ms).
+    pub hierarchy_ms: f64,
+    /// Handing the moved scene to the device's queue (ms).
+    pub upload_ms: f64,
+    /// Device time of one frame, the mean over the image's frames (ms); `null` where the adapter has no clock.
+    pub gpu_ms: Option<f64>,
+    /// Wall-clock time of the image's frames (ms).
+    pub wall_ms: f64,
 }
 
 /// A lamp: a punctual light, the triangles of one emissive material, or the environment.
@@ -60,6 +84,9 @@ pub struct Settings {
     pub layer: String,
     /// The camera's name.
     pub camera: String,
+    /// The pose shown, or the first of a sequence (s); `null`: at rest.
+    #[serde(default)]
+    pub time: Option<f32>,
     /// Photons emitted per frame.
     pub photons: u32,
     /// Bounces at most.

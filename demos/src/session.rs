@@ -1,13 +1,16 @@
 //! Scene, adapter and pipelines joined: the one place that the commands render through.
 
 mod inspect;
+mod motion;
 
 pub(crate) use inspect::Tapped;
+use motion::Motion;
 
+use std::collections::BTreeSet;
 use std::time::Instant;
 
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
-use lightloom_passes::scene::{Camera, Environment, GpuScene, Scene, builtin};
+use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Scene, builtin};
 use lightloom_passes::{PhotonStore, RayBackend};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
 
@@ -67,6 +70,10 @@ pub(crate) struct Session {
     camera: Camera,
     settings: Settings,
     pipelines: Vec<Pipeline>,
+    /// Strategies whose shaders the driver has compiled.
+    warm: BTreeSet<String>,
+    /// `None`: nothing moves.
+    motion: Option<Motion>,
     warnings: Vec<String>,
 }
 
@@ -76,7 +83,7 @@ impl Session {
     pub(crate) fn open(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
         check_release(args)?;
         let requested = args.trace.requested()?;
-        let scene = load(args)?;
+        let mut scene = load(args)?;
         let camera = scene.camera(args.camera.as_deref())?;
         let pipelines = pipelines(args, strategies)?;
         cancel::listen();
@@ -85,7 +92,10 @@ impl Session {
             let wanted = requested.map_or("auto", RayBackend::name);
             Error::Unavailable(format!("--trace {wanted}: {error}"))
         })?;
-        let resident = GpuScene::upload(&gpu.device, &gpu.queue, &scene)?.with_rays(rays)?;
+        let bvh = Bvh::build(&scene.name, &scene.triangles)?;
+        let resident = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh)?.with_rays(rays)?;
+        let warnings = std::mem::take(&mut scene.warnings);
+        let motion = scene.animation.is_some().then(|| Motion { scene, bvh, camera: args.camera.clone() });
         Ok(Self {
             adapter: gpu.adapter_name(),
             executor: Some(Executor::new(&gpu)),
@@ -93,7 +103,9 @@ impl Session {
             camera,
             settings: settings(args),
             pipelines,
-            warnings: scene.warnings,
+            warm: BTreeSet::new(),
+            motion,
+            warnings,
         })
     }
 
@@ -105,8 +117,17 @@ impl Session {
         let camera = scene.camera(args.camera.as_deref())?;
         let pipelines = pipelines(args, strategies)?;
         let described = GpuScene::describe(&scene)?.with_rays(rays)?;
-        let (adapter, warnings) = (String::new(), scene.warnings);
-        Ok(Self { adapter, executor: None, scene: described, camera, settings: settings(args), pipelines, warnings })
+        Ok(Self {
+            adapter: String::new(),
+            executor: None,
+            scene: described,
+            camera,
+            settings: settings(args),
+            pipelines,
+            warm: BTreeSet::new(),
+            motion: None,
+            warnings: scene.warnings,
+        })
     }
 
     /// The adapter's name.
@@ -173,6 +194,9 @@ impl Session {
     /// Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
     /// so that the times are those of the work. llvmpipe compiles apart for sides that are powers of two.
     fn warm_up(&mut self, strategy: &str, settings: &Settings) -> Result<(), Error> {
+        if !self.warm.insert(strategy.to_owned()) {
+            return Ok(());
+        }
         let size = settings.size.map(|side| if side.is_power_of_two() { side.min(8) } else { side.min(9) });
         let thumbnail = Settings { size, photons: 64, frames: settings.frames.min(2), profile: false, ..settings.clone() };
         let pipeline = find(&mut self.pipelines, strategy)?;
@@ -209,6 +233,19 @@ fn load(args: &SceneArgs) -> Result<Scene, Error> {
     }
     if args.materials == Materials::Lambert {
         scene.make_lambert();
+    }
+    match (args.time, scene.duration()) {
+        (Some(time), Some(_)) => scene.pose(time)?,
+        (Some(_), None) => {
+            let scene = args.scene.display();
+            return Err(Error::Usage(format!("`{scene}` has no animation: leave out --time and --animate")));
+        }
+        (None, Some(seconds)) => {
+            scene
+                .warnings
+                .push(format!("the scene moves for {seconds} s and is shown at rest; --time S shows it after S seconds"));
+        }
+        (None, None) => {}
     }
     Ok(scene)
 }

@@ -158,6 +158,22 @@ pub(crate) fn parse_radius(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A time from 0 on (s).
+pub(crate) fn parse_time(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(time) if time.is_finite() && time >= 0.0 => Ok(time),
+        _ => Err("write a time in seconds, 0 or above, such as 1.5".to_owned()),
+    }
+}
+
+/// Images per second.
+pub(crate) fn parse_rate(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(rate) if (1e-3..=1e6).contains(&rate) => Ok(rate),
+        _ => Err("write a number of images per second, 0.001 to 1000000".to_owned()),
+    }
+}
+
 /// The name of a strategy that there is.
 pub(crate) fn parse_strategy(text: &str) -> Result<String, String> {
     let names = crate::session::strategy_names();
@@ -261,6 +277,15 @@ mod tests {
         for wrong in ["0", "-1", "inf", "NaN", "1m"] {
             assert!(parse_radius(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn times_and_rates() {
+        assert_eq!((parse_time("0"), parse_time("1.5"), parse_rate("29.97")), (Ok(0.0), Ok(1.5), Ok(29.97)));
+        for wrong in ["-0.1", "inf", "NaN", "1s", ""] {
+            assert!(parse_time(wrong).is_err() && parse_rate(wrong).is_err(), "{wrong}");
+        }
+        assert!(parse_rate("0").is_err(), "no image at all");
     }
 
     #[test]

@@ -97,6 +97,22 @@ fn sizes_and_counts_out_of_range_are_wrong_usage() {
 }
 
 #[test]
+fn times_of_what_does_not_move_are_wrong_usage() {
+    let place = Place::new();
+    place.refuses("render builtin:cornell -o a.exr --time 1", 2, &["`builtin:cornell` has no animation", "--time"]);
+    place.refuses("render builtin:cornell -o a.exr --animate 3", 2, &["`builtin:cornell` has no animation", "--animate"]);
+    let line = "render builtin:moving -o a.exr";
+    for wrong in ["-1", "nan", "inf", "now"] {
+        place.refuses(&format!("{line} --time {wrong}"), 2, &["--time", "seconds"]);
+    }
+    place.refuses(&format!("{line} --animate 0"), 2, &["--animate"]);
+    place.refuses(&format!("{line} --animate 2 --fps 0"), 2, &["--fps", "images per second"]);
+    place.refuses(&format!("{line} --fps 12"), 2, &["--animate"]);
+    place.refuses(&format!("{line} --animate 2 --profile p.json"), 2, &["--profile"]);
+    place.refuses(&format!("{line} --animate 2 --layer pass:gbuffer"), 2, &["--animate", "--time"]);
+}
+
+#[test]
 fn unknown_names_list_those_there_are() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";
@@ -270,6 +286,39 @@ fn render_writes_linear_exr_and_png() {
     let again = place.run(&format!("{line} --deterministic -o c.exr"));
     assert!(same.status.success() && again.status.success(), "--deterministic");
     assert_eq!(std::fs::read(place.path("b.exr")).unwrap(), std::fs::read(place.path("c.exr")).unwrap());
+}
+
+#[test]
+fn a_sequence_shows_a_pose_an_image_and_tells_its_cost() {
+    if !has_adapter() {
+        return;
+    }
+    let place = Place::new();
+    let line = "render builtin:moving --size 24x16 --photons 3k --frames 2 --deterministic";
+    let output = place.run(&format!("{line} -o out/m.exr --animate 3 --fps 2 --time 0.5"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let image = |name: &str| lightloom::read_exr(&place.path(name)).expect("an image");
+    let images = [image("out/m.0000.exr"), image("out/m.0001.exr"), image("out/m.0002.exr")];
+    assert!(images[0] != images[1] && images[1] != images[2], "nothing moves");
+    let json = std::fs::read_to_string(place.path("out/results.json")).expect("results.json");
+    let results: lightloom::Results = serde_json::from_str(&json).expect("the agreed keys");
+    assert_eq!(results.settings.time, Some(0.5));
+    assert_eq!(results.sequence.len(), 3);
+    for (image, time) in results.sequence.iter().zip([0.5_f32, 1.0, 1.5]) {
+        assert!((image.time - time).abs() < 1e-6 && place.path("out").join(&image.file).exists(), "{image:?}");
+        assert!(["refit", "rebuild"].contains(&image.hierarchy.as_str()), "{image:?}");
+        assert!(image.pose_ms > 0.0 && image.hierarchy_ms > 0.0 && image.upload_ms > 0.0, "{image:?}");
+    }
+    // The same pose by itself, and at rest with a word that there is more.
+    let output = place.run(&format!("{line} -o one.exr --time 1"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let alone = image("one.exr");
+    // Its hierarchy is a new one; where a ray meets two triangles at once, another may count, which few rays do.
+    let apart = alone.pixels().iter().zip(images[1].pixels()).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count();
+    assert!(apart * 100 <= alone.pixels().len(), "{apart} pixels differ");
+    let output = place.run(&format!("{line} -o rest.exr"));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && stderr.contains("moves for 4 s") && stderr.contains("--time"), "{stderr}");
 }
 
 #[test]

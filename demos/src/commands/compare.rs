@@ -6,7 +6,7 @@ use clap::Parser;
 use lightloom_passes::PhotonStore;
 use lightloom_strategies::Layer;
 
-use crate::cli::{Cli, Command, CompareArgs};
+use crate::cli::{Cli, Command, CompareArgs, SceneArgs};
 use crate::display::Display;
 use crate::files::{prepare_folder, write_whole};
 use crate::format::{bytes, columns, count, number, ratio};
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     };
     let strategies = chosen(&args.strategies);
     let mut session = Session::open(&args.scene, &prepared(&strategies, args, file.is_some()))?;
-    let mut results = describe(args, layer, &session);
+    let mut results = describe(&args.scene, layer, &session);
     let reference = match (file, &args.reference) {
         (Some(picture), Some(name)) => {
             results.reference = Some(Reference { name: name.display().to_string(), ..Reference::default() });
@@ -139,8 +139,8 @@ fn render_reference(args: &CompareArgs, session: &mut Session, results: &mut Res
     Ok(rendering.picture)
 }
 
-fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
-    let scene = &args.scene;
+/// What is known before anything is rendered.
+pub(super) fn describe(scene: &SceneArgs, layer: Layer, session: &Session) -> Results {
     Results {
         scene: scene.scene.display().to_string(),
         adapter: session.adapter().to_owned(),
@@ -150,6 +150,7 @@ fn describe(args: &CompareArgs, layer: Layer, session: &Session) -> Results {
         settings: Settings {
             layer: layer.name().to_owned(),
             camera: session.camera_name().to_owned(),
+            time: scene.time,
             photons: scene.photons,
             bounces: scene.bounces,
             frames: scene.frames,
@@ -219,7 +220,7 @@ fn measure(row: &mut StrategyResult, picture: &Picture, reference: &Picture) {
     row.mean_ratio = mean_ratio(picture, reference);
 }
 
-fn json(results: &Results) -> Result<String, Error> {
+pub(super) fn json(results: &Results) -> Result<String, Error> {
     serde_json::to_string_pretty(results).map_err(|error| Error::Unavailable(format!("results.json could not be made: {error}")))
 }
 

@@ -5,6 +5,7 @@ mod compare;
 mod graph;
 mod plan;
 mod render;
+mod sequence;
 
 use crate::Error;
 use crate::cli::{Cli, Command};

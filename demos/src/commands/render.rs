@@ -4,6 +4,7 @@ use std::path::Path;
 
 use lightloom_graph::to_chrome_trace;
 
+use super::sequence;
 use crate::cli::RenderArgs;
 use crate::display::Display;
 use crate::files::{prepare_parent, write_whole};
@@ -23,6 +24,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
         Shown::Layer(layer) => *layer,
         Shown::Pass(pass) => return run_pass(args, format, pass),
     };
+    if let Some(count) = args.animate {
+        return sequence::run(args, format, layer, count);
+    }
     let mut session = Session::open(&args.scene, std::slice::from_ref(&args.strategy))?;
     let rendering = session.render(&Job {
         label: &args.strategy,
@@ -48,6 +52,9 @@ fn run_pass(args: &RenderArgs, format: ImageFormat, pass: &str) -> Result<(), Er
         return Err(Error::Usage(
             "--profile needs a layer of light or surfaces: a frame that is cut short has other times".to_owned(),
         ));
+    }
+    if args.animate.is_some() {
+        return Err(Error::Usage("--animate needs a layer of light or surfaces; for a pass, name one pose by --time".to_owned()));
     }
     let mut session = Session::open(&args.scene, std::slice::from_ref(&args.strategy))?;
     let tapped = session.tap(&args.strategy, args.samples, pass)?;
@@ -83,7 +90,12 @@ fn tap_summary(session: &Session, pass: &str, tapped: &Tapped, format: ImageForm
     ])
 }
 
-fn write(output: &Path, format: ImageFormat, picture: &Picture, display: impl FnOnce() -> Display) -> Result<(), Error> {
+pub(super) fn write(
+    output: &Path,
+    format: ImageFormat,
+    picture: &Picture,
+    display: impl FnOnce() -> Display,
+) -> Result<(), Error> {
     match format {
         ImageFormat::Exr => write_exr(output, picture),
         ImageFormat::Png => write_whole(output, &png(picture.size(), &display().rgb8(picture))?),
@@ -91,7 +103,7 @@ fn write(output: &Path, format: ImageFormat, picture: &Picture, display: impl Fn
 }
 
 #[derive(Clone, Copy)]
-enum ImageFormat {
+pub(super) enum ImageFormat {
     Exr,
     Png,
 }
@@ -129,7 +141,7 @@ fn summary(session: &Session, rendering: &Rendering, output: &Path, picture: &Pi
     left_aligned(rows)
 }
 
-fn left_aligned(mut rows: Vec<Vec<String>>) -> String {
+pub(super) fn left_aligned(mut rows: Vec<Vec<String>>) -> String {
     // Left-aligned values read better here than `columns`' right-aligned numbers.
     let widest = rows.iter().map(|row| row[1].chars().count()).max().unwrap_or(0);
     for row in &mut rows {

@@ -14,6 +14,11 @@
 //!
 //! [Ylitie17]: https://doi.org/10.1145/3105762.3105773 "Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide BVHs, HPG 2017"
 
+mod flat;
+mod refit;
+
+pub use refit::{Followed, MOST_GROWTH};
+
 use super::{SceneError, Triangle};
 use glam::{Vec3, Vec3A};
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -55,6 +60,8 @@ pub struct Hit {
 pub struct Bvh {
     tree: CwBvh,
     leaf_triangles: Vec<obvhs::triangle::Triangle>,
+    /// Expected cost of a ray after the build, once a refit has asked for it.
+    built_cost: Option<f32>,
     stats: BvhStats,
 }
 
@@ -74,23 +81,21 @@ impl Bvh {
         if triangles.is_empty() {
             return Err(SceneError::Empty { scene: scene.into() });
         }
-        let corners: Vec<obvhs::triangle::Triangle> = triangles
-            .iter()
-            .map(|triangle| {
-                let [v0, v1, v2] = triangle.positions_world.map(Vec3A::from);
-                obvhs::triangle::Triangle { v0, v1, v2 }
-            })
-            .collect();
+        let corners: Vec<obvhs::triangle::Triangle> = triangles.iter().map(corners).collect();
         let start = Instant::now();
-        let tree = build_tree(&corners);
+        let stand_ins = flat::stand_ins(triangles, &corners);
+        let mut tree = build_tree(stand_ins.as_ref().unwrap_or(&corners));
         let build_time = start.elapsed();
         let depth = depth(&tree);
         if depth > MAX_DEPTH {
             return Err(SceneError::TooDeep { scene: scene.into(), depth, limit: MAX_DEPTH });
         }
-        let leaf_triangles = tree.primitive_indices.iter().map(|&index| corners[index as usize]).collect();
+        let leaf_triangles: Vec<_> = tree.primitive_indices.iter().map(|&index| corners[index as usize]).collect();
+        if stand_ins.is_some() {
+            refit::enclose_all(&mut tree, &leaf_triangles);
+        }
         let stats = BvhStats { nodes: tree.nodes.len() as u32, triangles: triangles.len() as u32, depth, build_time };
-        Ok(Self { tree, leaf_triangles, stats })
+        Ok(Self { tree, leaf_triangles, built_cost: None, stats })
     }
 
     /// Size and cost.
@@ -124,6 +129,11 @@ impl Bvh {
         ray(origin_world, direction_world, t_min, t_max)
             .is_some_and(|ray| !self.tree.ray_traverse_miss(ray, |ray, id| self.leaf_triangles[id].intersect(ray)))
     }
+}
+
+fn corners(triangle: &Triangle) -> obvhs::triangle::Triangle {
+    let [v0, v1, v2] = triangle.positions_world.map(Vec3A::from);
+    obvhs::triangle::Triangle { v0, v1, v2 }
 }
 
 fn ray(origin: Vec3, direction: Vec3, t_min: f32, t_max: f32) -> Option<Ray> {

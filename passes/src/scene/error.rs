@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a scene could not be loaded, framed or uploaded.
+/// Why a scene could not be loaded, framed, posed or uploaded.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -50,7 +50,7 @@ pub enum SceneError {
     Malformed {
         /// The scene file.
         file: String,
-        /// Where: mesh, primitive, accessor, buffer view, node, camera, light, material or image.
+        /// Where: mesh, primitive, accessor, buffer view, node, camera, light, material, image or animation.
         place: String,
         /// What is wrong there and, where it is not plain, the mend.
         problem: String,
@@ -120,6 +120,24 @@ pub enum SceneError {
         name: String,
         /// The factor that was asked for.
         weight: f32,
+    },
+    /// The scene cannot be moved to that time.
+    #[error("scene `{scene}` cannot be posed at {time} s: {problem}")]
+    Pose {
+        /// The scene's name.
+        scene: String,
+        /// The time that was asked for (s).
+        time: f32,
+        /// What is wrong, with the node where it is one.
+        problem: String,
+    },
+    /// A hierarchy cannot follow triangles that it was not built over.
+    #[error("the hierarchy was built over {built} triangles and cannot be refitted to {given}: build it anew")]
+    Refit {
+        /// Triangles of the hierarchy.
+        built: u32,
+        /// Triangles that it was to follow.
+        given: u64,
     },
     /// The acceleration structure would be deeper than any traversal stack.
     #[error(

@@ -45,7 +45,8 @@ pub(super) fn guides(scene: &Scene) -> Vec<Sphere> {
         points[object].push(corner);
     }
     let spheres = points.iter().map(|points| around(points.iter().map(|&p| Sphere { center: p, radius: 0.0 })));
-    grouped(spheres.collect())
+    // A pose may shrink an object to nothing; nothing can be aimed at that.
+    grouped(spheres.filter(|sphere| sphere.radius > 0.0).collect())
 }
 
 /// A sphere around spheres: about the middle of the box of their centres.

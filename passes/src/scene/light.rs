@@ -2,7 +2,7 @@
 //!
 //! glTF's candela and lux are read one to one as W·sr⁻¹ and W·m⁻².
 
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 use std::f32::consts::PI;
 
 /// A light without extent. Emissive triangles are lights too; they live in the materials.
@@ -52,6 +52,17 @@ impl Light {
                 2.0 * PI * ((1.0 - inner) + (inner - outer) / 3.0) * intensity
             }
             Self::Directional { irradiance, .. } => PI * bounds_radius * bounds_radius * irradiance,
+        }
+    }
+
+    /// Puts it at the origin of a node and aims it along the node's −Z, as `KHR_lights_punctual` asks. Scale does not count.
+    pub(crate) fn move_to(&mut self, world_from_node: Mat4) {
+        let position = world_from_node.w_axis.truncate();
+        let direction = world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
+        match self {
+            Self::Point { position_world, .. } => *position_world = position,
+            Self::Spot { position_world, direction_world, .. } => (*position_world, *direction_world) = (position, direction),
+            Self::Directional { direction_world, .. } => *direction_world = direction,
         }
     }
 

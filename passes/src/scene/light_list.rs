@@ -59,13 +59,15 @@ impl LightList {
         let punctual_count = entries.len() as u32;
 
         let mut lamp_of_material: HashMap<u32, u32> = HashMap::new();
+        let mut image_means = HashMap::new();
         let mut of_triangle = vec![NONE; scene.triangles.len()];
         for (index, triangle) in scene.triangles.iter().enumerate() {
             let Some(material) = scene.materials.get(triangle.material as usize) else { continue };
-            let radiance = mean_radiance(scene, triangle, material);
+            let radiance = mean_radiance(scene, triangle, material, &mut image_means);
             let sides = if material.double_sided { 2.0 } else { 1.0 };
             let power = PI * sides * triangle.area() * radiance;
-            if !(power.is_finite() && power.max_element() > 0.0) {
+            // A pose may leave a triangle without area.
+            if !(power.is_finite() && power.max_element() > 0.0 && triangle.is_sound()) {
                 continue;
             }
             of_triangle[index] = entries.len() as u32;
@@ -167,8 +169,8 @@ fn guided(entry: &Entry, guide: &Sphere) -> Entry {
 ///
 /// An average that misses small bright spots would leave a triangle that emits out of the list, so it
 /// is at least a 64th of the whole image's mean. Estimators evaluate the texture itself; this average
-/// only steers selection and is the reported power.
-fn mean_radiance(scene: &Scene, triangle: &Triangle, material: &Material) -> Vec3 {
+/// only steers selection and is the reported power. `image_means` has the means of the textures met before.
+fn mean_radiance(scene: &Scene, triangle: &Triangle, material: &Material, image_means: &mut HashMap<u32, Vec3>) -> Vec3 {
     let factor = Vec3::from_array(material.emissive);
     let Some(slot) = material.emissive_texture.filter(|_| factor.max_element() > 0.0) else {
         return factor;
@@ -189,8 +191,9 @@ fn mean_radiance(scene: &Scene, triangle: &Triangle, material: &Material) -> Vec
         .sum::<Vec3>()
         / cells as f32;
     // Means of encoded values serve as a floor; they need not be exact.
-    let image_mean = Vec3::new(data.channel_mean(0), data.channel_mean(1), data.channel_mean(2));
-    factor * grid_mean.max(image_mean / 64.0)
+    let of_image = || Vec3::new(data.channel_mean(0), data.channel_mean(1), data.channel_mean(2));
+    let image_mean = image_means.entry(slot.texture).or_insert_with(of_image);
+    factor * grid_mean.max(*image_mean / 64.0)
 }
 
 fn kind_of(light: &Light) -> LightKind {

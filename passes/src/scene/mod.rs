@@ -6,6 +6,7 @@
 //!                                   └────────────────────────┘
 //! ```
 //!
+//! What the file animates moves by [`Scene::pose`]; the hierarchy then follows by [`Bvh::follow`], the GPU by [`GpuScene::update`].
 //! [`GpuScene::with_rays`] adds an acceleration structure of the device's own, for ray queries.
 //!
 //! A [`Scene`] is flat: every instance of every node becomes triangles in world space (metres), so
@@ -13,6 +14,7 @@
 //! [`Material`]: intensity in W·sr⁻¹, irradiance in W·m⁻², radiance in W·m⁻²·sr⁻¹, linear Rec. 709.
 
 mod acceleration;
+mod animation;
 mod budget;
 mod camera;
 mod environment;
@@ -23,6 +25,7 @@ mod light_list;
 mod load;
 mod material;
 mod mesh;
+mod placement;
 mod texture;
 mod traits;
 
@@ -33,8 +36,9 @@ mod pages;
 mod upload;
 mod writer;
 
+pub use animation::Animation;
 pub use budget::{Lamp, PhotonBudget};
-pub use bvh::{Bvh, BvhStats, Hit};
+pub use bvh::{Bvh, BvhStats, Followed, Hit};
 pub use camera::Camera;
 pub use environment::Environment;
 pub use error::SceneError;
@@ -46,6 +50,7 @@ pub use upload::{GpuScene, SceneHandles};
 
 use glam::{Vec2, Vec3};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A triangle in world space. Its front side shows the vertices counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,11 +82,20 @@ impl Triangle {
         self.cross_world().normalize_or_zero()
     }
 
+    /// Whether some transform gives it an area: in exact arithmetic, which 64 bits are for most corners.
+    pub(crate) fn is_extended(&self) -> bool {
+        let [a, b, c] = self.positions_world.map(Vec3::as_dvec3);
+        (b - a).cross(c - a).length_squared() > 0.0
+    }
+
     /// Whether it can be hit: all corners finite and of a size that arithmetic survives, area above zero.
     pub(crate) fn is_sound(&self) -> bool {
-        let in_range = |p: Vec3| p.is_finite() && p.abs().max_element() < LARGEST_COORDINATE_M;
-        let area = self.cross_world().length_squared();
-        self.positions_world.iter().all(|&p| in_range(p)) && area.is_normal()
+        self.is_in_range() && self.cross_world().length_squared().is_normal()
+    }
+
+    /// Whether all corners are finite and of a size that arithmetic survives.
+    pub(crate) fn is_in_range(&self) -> bool {
+        self.positions_world.iter().all(|p| p.is_finite() && p.abs().max_element() < LARGEST_COORDINATE_M)
     }
 }
 
@@ -114,6 +128,8 @@ pub struct Scene {
     pub default_light: bool,
     /// Cameras in file order.
     pub cameras: Vec<Camera>,
+    /// What moves; see [`Self::pose`]. `None`: nothing does.
+    pub animation: Option<Arc<Animation>>,
     /// What was skipped or added while loading; to be shown to the user.
     pub warnings: Vec<String>,
 }
@@ -150,7 +166,7 @@ impl Scene {
     /// Loads a `.gltf` or `.glb` file.
     ///
     /// Nodes are flattened, strips and fans become triangles, a scene that emits nothing gets a
-    /// default light. See [`Self::warnings`] for what was skipped.
+    /// default light. An animated scene is at rest until [`Self::pose`] moves it. See [`Self::warnings`] for what was skipped.
     ///
     /// # Errors
     /// Names the file, the place in it and the mend; see [`SceneError`].
@@ -241,16 +257,6 @@ impl Scene {
         self.photon_weights.push((name.to_owned(), weight));
     }
 
-    /// Drops triangles that cannot be hit and counts them in the warnings.
-    pub(crate) fn drop_unsound_triangles(&mut self) {
-        let before = self.triangles.len();
-        self.triangles.retain(Triangle::is_sound);
-        let dropped = before - self.triangles.len();
-        if dropped > 0 {
-            self.warnings.push(format!("{dropped} of {before} triangles have no area or no finite position and were dropped"));
-        }
-    }
-
     /// Whether any surface or light emits.
     fn emits(&self) -> bool {
         self.environment.as_ref().is_some_and(|environment| environment.irradiance_all_round().max_element() > 0.0)
@@ -272,6 +278,9 @@ impl Scene {
         }];
         self.light_names = vec!["default".into()];
         self.default_light = true;
+        if let Some(animation) = &mut self.animation {
+            Arc::make_mut(animation).release_lights();
+        }
         self.warnings.push(DEFAULT_LIGHT.into());
     }
 }
@@ -301,19 +310,5 @@ mod tests {
         scene.ensure_light();
         assert_eq!(scene.lights.len(), 1);
         assert!(scene.warnings[0].contains("nothing in the scene emits"), "{:?}", scene.warnings);
-    }
-
-    #[test]
-    fn unsound_triangles_are_dropped_and_counted() {
-        let mut scene = builtin::cornell();
-        let good = scene.triangles.len();
-        let mut flat = scene.triangles[0];
-        flat.positions_world[2] = flat.positions_world[0];
-        let mut wild = scene.triangles[0];
-        wild.positions_world[1].x = f32::NAN;
-        scene.triangles.extend([flat, wild]);
-        scene.drop_unsound_triangles();
-        assert_eq!(scene.triangles.len(), good);
-        assert!(scene.warnings[0].starts_with("2 of "), "{:?}", scene.warnings);
     }
 }

@@ -1,11 +1,12 @@
 //! The scene on the GPU: five storage buffers, an array texture and the environment's map, imported into each frame's graph.
 
+use super::acceleration::{self, Acceleration};
 use super::environment::Map;
 use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
-use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits, acceleration};
+use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits};
 use crate::{RayBackend, RayBackendError};
 use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, Tlas, wgpu};
 
@@ -15,21 +16,29 @@ pub struct GpuScene {
     name: String,
     /// `None`: described only.
     gpu: Option<(wgpu::Device, wgpu::Queue)>,
-    bvh_nodes: Resident,
-    bvh_triangles: Resident,
-    triangles: Resident,
+    pose: Pose,
     materials: Resident,
-    lights: Resident,
+    /// For each material, whether alpha may let a ray pass.
+    alpha_tested: Vec<bool>,
     texels: (Option<wgpu::Texture>, TextureDesc),
     environment: (Option<wgpu::Texture>, TextureDesc),
     rays: RayBackend,
     /// What ray queries search, once it was built.
-    acceleration: Option<wgpu::Tlas>,
-    budget: PhotonBudget,
-    info: SceneInfo,
+    acceleration: Option<Acceleration>,
     traits: SceneTraits,
     /// Size and cost of the hierarchy.
     pub bvh_stats: BvhStats,
+}
+
+/// What follows when the scene moves.
+#[derive(Debug)]
+struct Pose {
+    bvh_nodes: Resident,
+    bvh_triangles: Resident,
+    triangles: Resident,
+    lights: Resident,
+    budget: PhotonBudget,
+    info: SceneInfo,
 }
 
 /// The scene's resources in one frame's graph, named as the WGSL variables.
@@ -82,38 +91,13 @@ impl GpuScene {
     }
 
     fn write(gpu: Option<(&wgpu::Device, &wgpu::Queue)>, scene: &Scene, bvh: &Bvh) -> Result<Self, SceneError> {
-        let (bounds_center, bounds_radius) = scene.bounding_sphere();
-        let list = LightList::new(scene, bounds_radius);
-        let pages = Pages::new(&scene.textures);
         let mut to = Writer::new(gpu, &scene.name);
-
         let alpha_tested: Vec<bool> = scene.materials.iter().map(|material| material.lets_rays_pass(&scene.textures)).collect();
-        let light_of = |index: usize| list.of_triangle.get(index).copied().unwrap_or(NONE);
-        let bvh_nodes = to.bytes("bvh_nodes", bvh.node_bytes())?;
-        let in_leaf_order = bvh.leaf_order().iter().map(|&index| {
-            let triangle = &scene.triangles[index as usize];
-            let alpha = alpha_tested.get(triangle.material as usize).is_some_and(|&a| a);
-            BvhTriangle::new(triangle, index, alpha, light_of(index as usize))
-        });
-        let bvh_triangles = to.array("bvh_triangles", in_leaf_order)?;
-        let mut leaf_of = vec![0; scene.triangles.len()];
-        for (leaf, &index) in bvh.leaf_order().iter().enumerate() {
-            leaf_of[index as usize] = leaf as u32;
-        }
-        let in_scene_order = scene
-            .triangles
-            .iter()
-            .zip(leaf_of)
-            .enumerate()
-            .map(|(index, (triangle, leaf))| TriangleAttributes::new(triangle, light_of(index), leaf));
-        let triangles = to.array("triangles", in_scene_order)?;
+        let pose = Pose::write(&mut to, scene, bvh, &alpha_tested, None)?;
+        let pages = Pages::new(&scene.textures);
         let materials =
             scene.materials.iter().map(|material| Material::new(material, |using| pages.slot(&scene.textures, using)));
-        let materials = to.array("materials", materials)?;
-        // Bindings must not be empty.
-        let none = Light { material: NONE, triangle: NONE, ..Light::default() };
-        let all: &[Light] = if list.lights.is_empty() { &[none] } else { &list.lights };
-        let lights = to.array("lights", all.iter().copied())?;
+        let materials = to.array("materials", None, materials)?;
         let texels = to.texels(&scene.textures, &pages)?;
         let environment = to.environment(&Map::new(scene.environment.as_ref()))?;
         to.drain();
@@ -121,29 +105,39 @@ impl GpuScene {
         Ok(Self {
             name: scene.name.clone(),
             gpu: gpu.map(|(device, queue)| (device.clone(), queue.clone())),
-            bvh_nodes,
-            bvh_triangles,
-            triangles,
+            pose,
             materials,
-            lights,
+            alpha_tested,
             texels,
             environment,
             rays: RayBackend::Bvh,
             acceleration: None,
-            budget: list.budget,
-            info: SceneInfo {
-                bounds_center,
-                bounds_radius,
-                triangle_count: scene.triangles.len() as u32,
-                light_count: list.light_count,
-                punctual_count: list.punctual_count,
-                guide_count: list.guide_count,
-                emission: Emission::Uniform,
-                total_power: list.total_power,
-            },
             traits: SceneTraits::of(scene),
             bvh_stats: bvh.stats(),
         })
+    }
+
+    /// Follows `scene` to another pose: triangles, hierarchy, lights, bounds, guides and the photons' budget; materials, textures and the
+    /// environment's map stay as they were uploaded. `bvh` has followed `scene.triangles` already ([`Bvh::follow`]).
+    ///
+    /// Buffers are kept where their size is the same, and the acceleration structure of ray queries is built again. Frames
+    /// submitted before still see the earlier pose. What accumulates over frames is to begin anew.
+    ///
+    /// # Errors
+    /// [`SceneError::Refit`] if `bvh` is over another number of triangles, and those of [`Self::upload_with_bvh`] and
+    /// [`Self::with_rays`] where more memory is needed than before.
+    pub fn update(&mut self, scene: &Scene, bvh: &Bvh) -> Result<(), SceneError> {
+        if bvh.leaf_order().len() != scene.triangles.len() {
+            return Err(SceneError::Refit { built: bvh.stats().triangles, given: scene.triangles.len() as u64 });
+        }
+        let gpu = self.gpu.as_ref().map(|(device, queue)| (device, queue));
+        let mut to = Writer::new(gpu, &scene.name);
+        self.pose = Pose::write(&mut to, scene, bvh, &self.alpha_tested, Some(&self.pose))?;
+        self.bvh_stats = bvh.stats();
+        if self.acceleration.is_some() {
+            self.accelerate()?;
+        }
+        Ok(())
     }
 
     /// The scene with its rays traced by `backend` in every pass; a new scene's are by [`RayBackend::Bvh`]. Ray queries take an
@@ -154,23 +148,27 @@ impl GpuScene {
     /// structures hold.
     pub fn with_rays(mut self, backend: RayBackend) -> Result<Self, SceneError> {
         if backend == RayBackend::RayQuery && self.acceleration.is_none() {
-            self.acceleration = self.accelerate()?;
+            self.accelerate()?;
         }
         self.rays = backend;
         Ok(self)
     }
 
-    /// The acceleration structure, or `None` for a scene that is only described.
-    fn accelerate(&self) -> Result<Option<wgpu::Tlas>, SceneError> {
-        let (Some((device, queue)), Some(buffer)) = (&self.gpu, &self.bvh_triangles.buffer) else { return Ok(None) };
+    /// Builds the acceleration structure; a scene that is only described has none.
+    fn accelerate(&mut self) -> Result<(), SceneError> {
+        let (Some((device, queue)), Some(buffer)) = (&self.gpu, &self.pose.bvh_triangles.buffer) else { return Ok(()) };
         if !device.features().contains(RayBackend::RayQuery.features()) {
             return Err(SceneError::Rays(RayBackendError::NotEnabled));
         }
-        let triangles = self.info.triangle_count;
+        let triangles = self.pose.info.triangle_count;
         let (vertices, most) = (acceleration::vertices(triangles), device.limits().max_blas_primitive_count);
         let within = Writer::new(Some((device, queue)), &self.name);
         within.allow("ray_query_scene", vertices, "vertices", most.into(), "max_blas_primitive_count")?;
-        Ok(Some(acceleration::build(device, queue, buffer, triangles, !self.traits.alpha)))
+        let fitting = self.acceleration.take().filter(|old| old.triangles() == triangles);
+        let acceleration = fitting.unwrap_or_else(|| Acceleration::new(device, triangles, !self.traits.alpha));
+        acceleration.build(device, queue, buffer);
+        self.acceleration = Some(acceleration);
+        Ok(())
     }
 
     /// What traces the scene's rays.
@@ -181,37 +179,84 @@ impl GpuScene {
     /// Imports the scene into a frame's graph.
     pub fn declare(&self, graph: &mut Graph<'_>) -> SceneHandles {
         let mut import = |resident: &Resident| graph.import_buffer(resident.name, resident.desc.clone(), resident.buffer.clone());
-        let (bvh_nodes, bvh_triangles) = (import(&self.bvh_nodes), import(&self.bvh_triangles));
-        let (triangles, materials) = (import(&self.triangles), import(&self.materials));
-        let lights = import(&self.lights);
+        let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &self.pose;
+        let (bvh_nodes, bvh_triangles) = (import(bvh_nodes), import(bvh_triangles));
+        let (triangles, materials) = (import(triangles), import(&self.materials));
+        let lights = import(lights);
         let (texture, desc) = &self.texels;
         let texels = graph.import_texture("texels", desc.clone(), texture.clone());
         let (texture, desc) = &self.environment;
         let environment = graph.import_texture("environment", desc.clone(), texture.clone());
-        let ray_query_scene =
-            (self.rays == RayBackend::RayQuery).then(|| graph.import_tlas("ray_query_scene", self.acceleration.clone()));
+        let tlas = || self.acceleration.as_ref().map(|acceleration| acceleration.tlas.clone());
+        let ray_query_scene = (self.rays == RayBackend::RayQuery).then(|| graph.import_tlas("ray_query_scene", tlas()));
         let traits = self.traits;
         SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene, traits }
     }
 
     /// Bounds, counts and flux: what strategies need to know.
     pub fn info(&self) -> SceneInfo {
-        self.info
+        self.pose.info
     }
 
     /// The lamps and how photons are shared among them.
     pub fn budget(&self) -> &PhotonBudget {
-        &self.budget
+        &self.pose.budget
     }
 
     /// Bytes that the scene takes on the GPU, less the acceleration structure, whose size wgpu does not tell.
     pub fn bytes(&self) -> u64 {
-        [&self.bvh_nodes, &self.bvh_triangles, &self.triangles, &self.materials, &self.lights]
-            .iter()
-            .map(|resident| resident.desc.size)
-            .sum::<u64>()
+        let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &self.pose;
+        [bvh_nodes, bvh_triangles, triangles, &self.materials, lights].iter().map(|resident| resident.desc.size).sum::<u64>()
             + self.texels.1.bytes()
             + self.environment.1.bytes()
+    }
+}
+
+impl Pose {
+    /// Into the buffers of `old` where they have the right size.
+    fn write(
+        to: &mut Writer<'_>,
+        scene: &Scene,
+        bvh: &Bvh,
+        alpha_tested: &[bool],
+        old: Option<&Self>,
+    ) -> Result<Self, SceneError> {
+        let (bounds_center, bounds_radius) = scene.bounding_sphere();
+        let list = LightList::new(scene, bounds_radius);
+        let light_of = |index: usize| list.of_triangle.get(index).copied().unwrap_or(NONE);
+        let bvh_nodes = to.bytes("bvh_nodes", old.map(|old| &old.bvh_nodes), bvh.node_bytes())?;
+        let in_leaf_order = bvh.leaf_order().iter().map(|&index| {
+            let triangle = &scene.triangles[index as usize];
+            let alpha = alpha_tested.get(triangle.material as usize).is_some_and(|&a| a);
+            BvhTriangle::new(triangle, index, alpha, light_of(index as usize))
+        });
+        let bvh_triangles = to.array("bvh_triangles", old.map(|old| &old.bvh_triangles), in_leaf_order)?;
+        let mut leaf_of = vec![0; scene.triangles.len()];
+        for (leaf, &index) in bvh.leaf_order().iter().enumerate() {
+            leaf_of[index as usize] = leaf as u32;
+        }
+        let in_scene_order = scene
+            .triangles
+            .iter()
+            .zip(leaf_of)
+            .enumerate()
+            .map(|(index, (triangle, leaf))| TriangleAttributes::new(triangle, light_of(index), leaf));
+        let triangles = to.array("triangles", old.map(|old| &old.triangles), in_scene_order)?;
+        // Bindings must not be empty.
+        let none = Light { material: NONE, triangle: NONE, ..Light::default() };
+        let all: &[Light] = if list.lights.is_empty() { &[none] } else { &list.lights };
+        let lights = to.array("lights", old.map(|old| &old.lights), all.iter().copied())?;
+        let info = SceneInfo {
+            bounds_center,
+            bounds_radius,
+            triangle_count: scene.triangles.len() as u32,
+            light_count: list.light_count,
+            punctual_count: list.punctual_count,
+            guide_count: list.guide_count,
+            emission: Emission::Uniform,
+            total_power: list.total_power,
+        };
+        Ok(Self { bvh_nodes, bvh_triangles, triangles, lights, budget: list.budget, info })
     }
 }
 

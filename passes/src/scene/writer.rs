@@ -12,7 +12,7 @@ const CHUNK_BYTES: usize = 4 << 20;
 const DRAIN_BYTES: usize = 64 << 20;
 
 /// A buffer and its description.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Resident {
     /// Name of the WGSL variable.
     pub(super) name: &'static str,
@@ -35,7 +35,11 @@ impl<'a> Writer<'a> {
         Self { gpu, scene, pending: 0 }
     }
 
-    fn buffer(&self, name: &'static str, desc: BufferDesc) -> Result<Resident, SceneError> {
+    /// `old`, where it is of that size, or a new buffer.
+    fn buffer(&self, name: &'static str, desc: BufferDesc, old: Option<&Resident>) -> Result<Resident, SceneError> {
+        if let Some(old) = old.filter(|old| old.desc == desc) {
+            return Ok(old.clone());
+        }
         let Some((device, _)) = self.gpu else { return Ok(Resident { name, buffer: None, desc }) };
         let limits = device.limits();
         let binding = limits.max_storage_buffer_binding_size;
@@ -55,22 +59,23 @@ impl<'a> Writer<'a> {
         Ok(Resident { name, buffer: Some(buffer), desc })
     }
 
-    /// A buffer of plain bytes.
-    pub(super) fn bytes(&mut self, name: &'static str, bytes: &[u8]) -> Result<Resident, SceneError> {
-        let resident = self.buffer(name, BufferDesc::bytes(bytes.len() as u64))?;
+    /// A buffer of plain bytes, in the place of `old` where it has the same size.
+    pub(super) fn bytes(&mut self, name: &'static str, old: Option<&Resident>, bytes: &[u8]) -> Result<Resident, SceneError> {
+        let resident = self.buffer(name, BufferDesc::bytes(bytes.len() as u64), old)?;
         for (index, chunk) in bytes.chunks(CHUNK_BYTES).enumerate() {
             self.write(&resident, (index * CHUNK_BYTES) as u64, chunk);
         }
         Ok(resident)
     }
 
-    /// A buffer of structs, converted and written chunk by chunk.
+    /// A buffer of structs, converted and written chunk by chunk, in the place of `old` where it has the same size.
     pub(super) fn array<T: ShaderStruct>(
         &mut self,
         name: &'static str,
+        old: Option<&Resident>,
         elements: impl ExactSizeIterator<Item = T>,
     ) -> Result<Resident, SceneError> {
-        let resident = self.buffer(name, BufferDesc::array_of::<T>(elements.len() as u64))?;
+        let resident = self.buffer(name, BufferDesc::array_of::<T>(elements.len() as u64), old)?;
         let most = (CHUNK_BYTES / size_of::<T>()).max(1);
         let mut chunk: Vec<T> = Vec::with_capacity(most.min(elements.len()));
         let mut offset = 0;

@@ -1,6 +1,7 @@
 //! Proofs of what Lightloom computes, on the software adapter: each against a closed form, an identity or an independent
 //! renderer. Every tolerance is derived or its reason stated where it is used; all seeds are fixed.
 
+mod animation;
 mod beams;
 mod closed_box;
 mod closed_sphere;

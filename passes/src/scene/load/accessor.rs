@@ -6,7 +6,7 @@ use gltf::accessor::{Accessor, DataType, Dimensions};
 /// Elements of an accessor without data of its own (sparse over zeros) beyond which it is refused.
 const MOST_ZEROS: usize = 1 << 26;
 
-/// Reads an accessor of vectors as floats; integers are normalised where the accessor says so.
+/// Reads an accessor of vectors as floats, of scalars where N is 1, of 4 × 4 matrices where N is 16; integers are normalised where the accessor says so.
 /// `what` names the user, such as ``mesh 3 `Roof`, primitive 0, POSITION``.
 pub(super) fn read_vectors<const N: usize>(
     source: &Source<'_>,
@@ -15,8 +15,10 @@ pub(super) fn read_vectors<const N: usize>(
 ) -> Result<Vec<[f32; N]>, SceneError> {
     let place = || format!("{what}, {}", label("accessor", accessor.index(), accessor.name()));
     let expected = match N {
+        1 => Dimensions::Scalar,
         2 => Dimensions::Vec2,
         3 => Dimensions::Vec3,
+        16 => Dimensions::Mat4,
         _ => Dimensions::Vec4,
     };
     if accessor.dimensions() != expected {

@@ -4,12 +4,15 @@
 //! first, and accessors are read here with bounds, so that a broken file ends in a [`SceneError`].
 
 mod accessor;
+mod animations;
 mod buffers;
 mod container;
 mod images;
 mod materials;
+mod motion;
 mod nodes;
 mod primitives;
+mod skins;
 
 #[cfg(test)]
 mod tests;
@@ -62,11 +65,8 @@ fn scene(bytes: &[u8], file: &str, name: String, folder: Option<&Path>) -> Resul
 
     let mut scene = Scene { name, ..Scene::default() };
     materials::load(&source, &mut scene)?;
-    nodes::load(&source, &mut scene)?;
-    if document.animations().len() > 0 {
-        scene.warnings.push("animations are not played: the scene is shown at rest".into());
-    }
-    scene.drop_unsound_triangles();
+    let tracks = animations::load(&source, &mut scene.warnings)?;
+    nodes::load(&source, tracks, &mut scene)?;
     if scene.triangles.is_empty() {
         return Err(SceneError::Empty { scene: scene.name });
     }

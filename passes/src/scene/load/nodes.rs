@@ -1,66 +1,105 @@
 //! The node hierarchy, flattened: instances, lights and cameras in world space.
 
-use super::primitives::{Geometry, decode_mesh};
-use super::{SceneError, Source, label};
+use super::motion::{Motion, Placed};
+use super::primitives::{Shape, decode_mesh};
+use super::{SceneError, Source, label, skins};
+use crate::scene::animation::Tracks;
 use crate::scene::budget::is_weight;
 use crate::scene::{Camera, Light, Scene, light};
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual as punctual;
 use gltf::json::validation::Checked;
-use gltf::scene::Transform;
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
-/// Walks the default scene, or the first one, or all root nodes when the file has no scene.
-pub(super) fn load(source: &Source<'_>, scene: &mut Scene) -> Result<(), SceneError> {
+/// Walks the default scene, or the first one, or all root nodes when the file has no scene. `tracks` move nodes, by their index.
+pub(super) fn load(source: &Source<'_>, tracks: HashMap<usize, Tracks>, scene: &mut Scene) -> Result<(), SceneError> {
     let nodes: Vec<gltf::Node<'_>> = source.document.nodes().collect();
-    let mut visited = vec![false; nodes.len()];
-    let mut meshes: HashMap<usize, Vec<Geometry>> = HashMap::new();
+    let mut visited: Vec<Option<Placed>> = vec![None; nodes.len()];
+    let mut meshes: HashMap<usize, Vec<Shape>> = HashMap::new();
     let mut warnings = BTreeSet::new();
-    let mut cameras: Vec<(usize, Camera)> = Vec::new();
+    let mut cameras: Vec<(usize, Camera, Option<usize>)> = Vec::new();
+    let animated = !tracks.is_empty();
+    let mut motion = Motion { tracks, ..Motion::default() };
+    // A mesh that follows joints comes when all of them are placed.
+    let mut skinned = Vec::new();
 
     // Depth first with an own stack: a deep chain of nodes must not exhaust that of the thread.
-    let mut stack: Vec<(usize, Mat4)> = roots(source).into_iter().rev().map(|i| (i, Mat4::IDENTITY)).collect();
-    while let Some((index, world_from_parent)) = stack.pop() {
+    let mut stack: Vec<(usize, Placed)> = roots(source).into_iter().rev().map(|i| (i, Placed::WORLD)).collect();
+    while let Some((index, parent)) = stack.pop() {
         let node = &nodes[index];
         let place = || label("node", index, node.name());
-        if std::mem::replace(&mut visited[index], true) {
+        if visited[index].is_some() {
             let problem = "it is reached twice: the hierarchy has a cycle or a shared child";
             return Err(source.malformed(place(), problem));
         }
-        let world_from_node = world_from_parent * local_transform(node);
+        let placed = motion.place(node, parent, place);
+        visited[index] = Some(placed);
+        let world_from_node = placed.world_from_node;
         if !world_from_node.is_finite() {
             return Err(source.malformed(place(), "its transform is not finite"));
         }
+        let json = &source.document.as_json().nodes[index];
         if let Some(mesh) = node.mesh() {
-            let geometries = match meshes.entry(mesh.index()) {
+            let decoded = match meshes.entry(mesh.index()) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(new) => new.insert(decode_mesh(source, &mesh, &mut warnings)?),
             };
-            if node.skin().is_some() {
-                warnings.insert(format!("{} is skinned; it is shown in its bind pose", place()));
-            }
-            for geometry in geometries.iter() {
-                geometry.instantiate(world_from_node, &mut scene.triangles);
+            match json.skin {
+                Some(skin) => skinned.push((place(), mesh.index(), skin.value())),
+                None => (decoded.iter())
+                    .try_for_each(|shape| motion.instantiate(shape, placed, &mut scene.triangles))
+                    .map_err(|problem| source.malformed(place(), problem))?,
             }
         }
-        let json = &source.document.as_json().nodes[index];
         if let Some(camera) = json.camera {
             let camera = camera.value();
-            cameras.extend(read_camera(source, camera, node.name(), world_from_node, &mut warnings)?.map(|read| (camera, read)));
+            let read = read_camera(source, camera, node.name(), world_from_node, &mut warnings)?;
+            cameras.extend(read.map(|read| (camera, read, placed.moving)));
         }
         let extension = json.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
         if let Some(extension) = extension {
             let index = extension.light.value();
+            if let Some(node) = placed.moving {
+                motion.animation.add_light(scene.lights.len(), node);
+            }
             scene.lights.push(read_light(source, index, world_from_node)?);
             label_light(source, index, node.name(), scene)?;
         }
-        stack.extend(node.children().map(|child| (child.index(), world_from_node)).collect::<Vec<_>>().into_iter().rev());
+        stack.extend(node.children().map(|child| (child.index(), placed)).collect::<Vec<_>>().into_iter().rev());
+    }
+    for (place, mesh, skin) in skinned {
+        let wrong = |problem| source.malformed(place.clone(), problem);
+        let joints = skins::read_joints(source, skin)?.into_iter().map(|joint| {
+            let placed = visited.get(joint.node).copied().flatten();
+            placed.map(|placed| (placed, joint.joint_from_mesh)).ok_or(joint.node)
+        });
+        let joints = joints.collect::<Result<Vec<_>, _>>();
+        let joints = joints.map_err(|node| wrong(format!("joint node {node} of its skin is not in the scene")))?;
+        for shape in &meshes[&mesh] {
+            motion.instantiate_skinned(shape, &joints, &place, &mut scene.triangles).map_err(wrong)?;
+        }
     }
     // "The first camera" is the file's first, whichever node comes first.
-    cameras.sort_by_key(|&(index, _)| index);
-    scene.cameras = cameras.into_iter().map(|(_, camera)| camera).collect();
+    cameras.sort_by_key(|&(index, ..)| index);
+    for (_, camera, moving) in cameras {
+        if let Some(node) = moving {
+            motion.animation.add_camera(scene.cameras.len(), node);
+        }
+        scene.cameras.push(camera);
+    }
     scene.warnings.extend(warnings);
+    let left_out = motion.left_out;
+    if left_out > 0 {
+        let all = scene.triangles.len() + left_out;
+        scene.warnings.push(format!("{left_out} of {all} triangles have no area or no finite position and were dropped"));
+    }
+    if !motion.animation.is_idle() {
+        scene.animation = Some(Arc::new(motion.animation));
+    } else if animated {
+        scene.warnings.push("its animations move no mesh, light or camera".into());
+    }
     Ok(())
 }
 
@@ -72,19 +111,6 @@ fn roots(source: &Source<'_>) -> Vec<usize> {
     let children: BTreeSet<usize> =
         document.nodes().flat_map(|node| node.children().map(|child| child.index()).collect::<Vec<_>>()).collect();
     (0..document.nodes().len()).filter(|index| !children.contains(index)).collect()
-}
-
-fn local_transform(node: &gltf::Node<'_>) -> Mat4 {
-    match node.transform() {
-        Transform::Matrix { matrix } => Mat4::from_cols_array_2d(&matrix),
-        Transform::Decomposed { translation, rotation, scale } => {
-            let rotation = Quat::from_array(rotation);
-            // Exporters round; a zero quaternion is no rotation.
-            let unit = rotation.length_squared().is_normal();
-            let rotation = if unit { rotation.normalize() } else { Quat::IDENTITY };
-            Mat4::from_scale_rotation_translation(scale.into(), rotation, translation.into())
-        }
-    }
 }
 
 /// Perspective cameras; orthographic ones are skipped with a warning.
@@ -141,9 +167,8 @@ fn read_light(source: &Source<'_>, index: usize, world_from_node: Mat4) -> Resul
     if !strength.is_finite() || strength.min_element() < 0.0 {
         return Err(source.malformed(place, format!("its colour times intensity is {strength}")));
     }
-    let position_world = world_from_node.w_axis.truncate();
-    let direction_world = world_from_node.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
-    Ok(match json.type_ {
+    let (position_world, direction_world) = (Vec3::ZERO, Vec3::NEG_Z);
+    let mut light = match json.type_ {
         Checked::Valid(punctual::Type::Directional) => Light::Directional { direction_world, irradiance: strength },
         Checked::Valid(punctual::Type::Spot) => {
             let spot = json.spot.clone().unwrap_or_default();
@@ -156,5 +181,7 @@ fn read_light(source: &Source<'_>, index: usize, world_from_node: Mat4) -> Resul
             Light::Spot { position_world, direction_world, intensity: strength, cos_inner, cos_outer }
         }
         Checked::Valid(punctual::Type::Point) | Checked::Invalid => Light::Point { position_world, intensity: strength },
-    })
+    };
+    light.move_to(world_from_node);
+    Ok(light)
 }

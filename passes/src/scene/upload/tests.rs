@@ -38,12 +38,12 @@ fn buffers_hold_the_scene() {
     let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
     let uploaded = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh).unwrap();
 
-    assert_eq!(read(&gpu, &uploaded.bvh_nodes), bvh.node_bytes());
-    let bytes = read(&gpu, &uploaded.bvh_triangles);
+    assert_eq!(read(&gpu, &uploaded.pose.bvh_nodes), bvh.node_bytes());
+    let bytes = read(&gpu, &uploaded.pose.bvh_triangles);
     let in_leaf_order: &[BvhTriangle] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.triangles);
+    let bytes = read(&gpu, &uploaded.pose.triangles);
     let attributes: &[TriangleAttributes] = bytemuck::cast_slice(&bytes);
-    let bytes = read(&gpu, &uploaded.lights);
+    let bytes = read(&gpu, &uploaded.pose.lights);
     let lights: &[Light] = bytemuck::cast_slice(&bytes);
     let bytes = read(&gpu, &uploaded.materials);
     let materials: &[Material] = bytemuck::cast_slice(&bytes);
@@ -100,7 +100,46 @@ fn a_described_scene_declares_the_frame_of_an_uploaded_one() {
     };
     assert_eq!(declare(&described), declare(&uploaded));
     assert_eq!(described.bytes(), uploaded.bytes());
-    assert!(described.bvh_nodes.buffer.is_none() && described.texels.0.is_none(), "something was created");
+    assert!(described.pose.bvh_nodes.buffer.is_none() && described.texels.0.is_none(), "something was created");
+}
+
+#[test]
+fn an_update_writes_what_an_upload_would_into_the_same_buffers() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut scene = builtin::moving();
+    let mut moved = GpuScene::upload(&gpu.device, &gpu.queue, &scene).unwrap();
+    let mut described = GpuScene::describe(&scene).unwrap();
+    scene.pose(1.3).unwrap();
+    let lit = moved.info().light_count;
+    for lamp_is_there in [true, false] {
+        if !lamp_is_there {
+            // Its triangles shrink to a point: they stay, and shine no more.
+            let lamp = scene.triangles.iter_mut().filter(|t| scene.materials[t.material as usize].emissive[0] > 0.0);
+            lamp.for_each(|triangle| triangle.positions_world = [Vec3::Y; 3]);
+        }
+        let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
+        let before = buffers(&moved).map(|resident| resident.buffer.clone());
+        moved.update(&scene, &bvh).unwrap();
+        described.update(&scene, &bvh).unwrap();
+        let fresh = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh).unwrap();
+        for ((old, after), new) in before.iter().zip(buffers(&moved)).zip(buffers(&fresh)) {
+            assert_eq!(read(&gpu, after), read(&gpu, new), "{}", new.name);
+            let fits = old.as_ref().map(wgpu::Buffer::size) == after.buffer.as_ref().map(wgpu::Buffer::size);
+            assert_eq!(*old == after.buffer, fits, "{} is kept where it fits", new.name);
+        }
+        assert_eq!((moved.info(), moved.budget()), (fresh.info(), fresh.budget()));
+        assert_eq!((described.info(), described.bytes()), (fresh.info(), fresh.bytes()));
+    }
+    assert_eq!(moved.info().light_count, lit - 2, "a lamp of two triangles");
+    scene.triangles.pop();
+    let error = moved.update(&scene, &Bvh::build("moving", &builtin::cornell().triangles).unwrap()).unwrap_err();
+    assert!(matches!(error, SceneError::Refit { .. }), "{error}");
+}
+
+/// Those that follow a pose.
+fn buffers(scene: &GpuScene) -> [&Resident; 4] {
+    let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &scene.pose;
+    [bvh_nodes, bvh_triangles, triangles, lights]
 }
 
 #[test]

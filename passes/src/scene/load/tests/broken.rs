@@ -4,7 +4,7 @@ use super::{CORNERS, Document, floats};
 use crate::scene::{Scene, SceneError};
 
 /// Loads and returns the message, which must contain every one of `parts`.
-fn refused(document: &Document, parts: &[&str]) -> SceneError {
+pub(super) fn refused(document: &Document, parts: &[&str]) -> SceneError {
     let error = document.load().expect_err("the file is broken");
     contains(&error, parts);
     error

@@ -1,5 +1,6 @@
 //! Small files made by hand: what they must become, and what must be said of broken ones.
 
+mod animated;
 mod broken;
 mod sound;
 
