@@ -55,15 +55,6 @@ impl<'a> Writer<'a> {
         Ok(Resident { name, buffer: Some(buffer), desc })
     }
 
-    /// A buffer of plain bytes.
-    pub(super) fn bytes(&mut self, name: &'static str, bytes: &[u8]) -> Result<Resident, SceneError> {
-        let resident = self.buffer(name, BufferDesc::bytes(bytes.len() as u64))?;
-        for (index, chunk) in bytes.chunks(CHUNK_BYTES).enumerate() {
-            self.write(&resident, (index * CHUNK_BYTES) as u64, chunk);
-        }
-        Ok(resident)
-    }
-
     /// A buffer of structs, converted and written chunk by chunk.
     pub(super) fn array<T: ShaderStruct>(
         &mut self,
