@@ -31,8 +31,7 @@ impl Embree {
         let path = folder.path().join("triangles");
         std::fs::write(&path, bytemuck::cast_slice::<_, u8>(&corners))?;
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/traversal/embree.py");
-        let mut process =
-            Command::new("python3").arg(script).arg(path).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        let mut process = Command::new("python3").arg(script).arg(path).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let (to, from) = (process.stdin.take(), process.stdout.take().ok_or("no output")?);
         Ok(Some(Self { process, to, from: BufReader::new(from), folder }))
     }
