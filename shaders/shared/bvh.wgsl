@@ -1,6 +1,6 @@
 // Rays against the scene: traversal of a compressed eight-wide BVH [Ylitie17], "Efficient Incoherent Ray Traversal on
 // GPUs Through Compressed Wide BVHs". Unlike there, children are visited in the order of their distances, and those
-// behind a hit are dropped without a look at them: fetching a node costs more than sorting one, on a software adapter by far.
+// behind a hit are dropped without a look at them: a node costs more to fetch than to sort, on a software adapter by far.
 //
 // `trace_ray` and `unoccluded` are all that other shaders know of rays; `shared/ray_query.wgsl` offers the same two.
 #import "shared/hit.wgsl"
@@ -24,8 +24,8 @@ struct Group {
 }
 
 // Distances in units of the ray's direction are compared as the integers of the same bits: those of floats that are not
-// negative have their order, and the negative ones are below, whatever theirs. Integers have no NaN to care for, which on
-// some adapters triples the price of a minimum.
+// negative have their order, and the negative ones are below, whatever theirs. So a distance can carry the index of its child
+// in its lowest bits, and a ray that is not finite meets nothing.
 fn box_distances(bytes: u32, step: f32, start: f32) -> vec4i {
     return bitcast<vec4i>(vec4f(unpack4xU8(bytes)) * step + start);
 }
