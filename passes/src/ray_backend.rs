@@ -73,7 +73,7 @@ impl RayBackend {
 
     /// The backend that was asked for, or the better one of those that `gpu` has.
     ///
-    /// Ray queries are better where hardware runs them. A software adapter's are not: lavapipe 25.0.7 takes three to five times
+    /// Ray queries are better where hardware runs them. A software adapter's are not: lavapipe 25.0.7 takes five to seven times
     /// as long by ray queries as by the hierarchy (`cargo bench -p lightloom-passes`).
     ///
     /// # Errors

@@ -1,65 +1,94 @@
 // Rays against the scene: traversal of a compressed eight-wide BVH [Ylitie17], "Efficient Incoherent Ray Traversal on
-// GPUs Through Compressed Wide BVHs", with the node layout of the crate obvhs (80 bytes; minima and maxima interleaved).
+// GPUs Through Compressed Wide BVHs". Unlike there, children are visited in the order of their distances, and those
+// behind a hit are dropped without a look at them: a node costs more to fetch than to sort, on a software adapter by far.
 //
 // `trace_ray` and `unoccluded` are all that other shaders know of rays; `shared/ray_query.wgsl` offers the same two.
 #import "shared/hit.wgsl"
+#import "shared/sort8.wgsl"
 
-// Deeper trees than this are refused when the scene is built.
+// Deeper trees than this are refused when the scene is built. A power of two.
 const TRAVERSAL_STACK_SIZE: u32 = 32u;
+// Of the distance to a node and its size, for the rounding of a box's distance: that of the inverse direction (2.5 ulp by WGSL's
+// rules) and of four operations.
+const BOX_ROUNDING: f32 = 6.0e-7;
+// Behind every hit.
+const FARTHEST: i32 = 0x7fffffff;
 
-fn bytes_of(word: u32) -> vec4f {
-    return vec4f(unpack4xU8(word));
+// Inner children of a node that were met and are not visited yet.
+struct Group {
+    first_child: u32,
+    // Three bits for each, the nearest lowest, and a one above the last.
+    order: u32,
+    // None is nearer.
+    nearest: i32,
 }
 
-// Children of a node that the ray meets between `t_min` and `t_max`: a bit per inner child in the top byte, a bit per triangle below.
-fn intersect_node(node: u32, origin: vec3f, inv_direction: vec3f, octant: u32, t_min: f32, t_max: f32) -> vec4u {
-    let base = node * 5u;
-    let head = bvh_nodes[base];
-    let meta_words = bvh_nodes[base + 1u];
-    let x_planes = bvh_nodes[base + 2u];
-    let y_planes = bvh_nodes[base + 3u];
-    let z_planes = bvh_nodes[base + 4u];
-    let scale = vec3f(
-        bitcast<f32>((head.w & 0xffu) << 23u),
-        bitcast<f32>(((head.w >> 8u) & 0xffu) << 23u),
-        bitcast<f32>(((head.w >> 16u) & 0xffu) << 23u),
-    ) * inv_direction;
-    let start = (bitcast<vec3f>(head.xyz) - origin) * inv_direction;
+// Distances in units of the ray's direction are compared as the integers of the same bits: those of floats that are not
+// negative have their order, and the negative ones are below, whatever theirs. So a distance can carry the index of its child
+// in its lowest bits, and a ray that is not finite meets nothing.
+fn box_distances(bytes: u32, step: f32, start: f32) -> vec4i {
+    return bitcast<vec4i>(vec4f(unpack4xU8(bytes)) * step + start);
+}
+
+// Where a ray enters four boxes. `planes`: their sides towards it in x, y and z.
+fn entries(planes: vec3u, step: vec3f, start: vec3f, t_min: f32) -> vec4i {
+    return max(
+        max(box_distances(planes.x, step.x, start.x), box_distances(planes.y, step.y, start.y)),
+        max(box_distances(planes.z, step.z, start.z), vec4i(bitcast<i32>(t_min))));
+}
+
+// Where it leaves them. `planes`: their sides away from it.
+fn exits(planes: vec3u, step: vec3f, start: vec3f, t_max: f32) -> vec4i {
+    return min(
+        min(box_distances(planes.x, step.x, start.x), box_distances(planes.y, step.y, start.y)),
+        min(box_distances(planes.z, step.z, start.z), vec4i(bitcast<i32>(t_max))));
+}
+
+// What of a node the ray meets between `t_min` and `t_max`.
+struct Met {
+    // Bits of the node's `children`.
+    children: u32,
+    // Distances of the inner ones and their indices in the lowest three bits, sorted; FARTHEST: there are no more.
+    sorted: array<i32, 8>,
+}
+
+fn intersect_node(node: BvhNode, origin: vec3f, inv_direction: vec3f, t_min: f32, t_max: f32) -> Met {
+    let step = inv_direction * vec3f(
+        bitcast<f32>((node.exponents & 0xffu) << 23u),
+        bitcast<f32>((node.exponents & 0xff00u) << 15u),
+        bitcast<f32>((node.exponents & 0xff0000u) << 7u),
+    );
+    let start = (node.origin - origin) * inv_direction;
+    let rounding = BOX_ROUNDING * (abs(start) + 255.0 * abs(step));
     let negative = inv_direction < vec3f(0.0);
-    var hits = 0u;
-    for (var half = 0u; half < 2u; half += 1u) {
-        let meta4 = select(meta_words.z, meta_words.w, half == 1u);
-        let inner = (meta4 & (meta4 << 1u)) & 0x10101010u;
-        let inner_mask = (inner >> 4u) * 0xffu;
-        let bit_index = (meta4 ^ (octant & inner_mask)) & 0x1f1f1f1fu;
-        let child_bits = (meta4 >> 5u) & 0x07070707u;
-        let x_low = bytes_of(select(x_planes.x, x_planes.y, half == 1u));
-        let x_high = bytes_of(select(x_planes.z, x_planes.w, half == 1u));
-        let y_low = bytes_of(select(y_planes.x, y_planes.y, half == 1u));
-        let y_high = bytes_of(select(y_planes.z, y_planes.w, half == 1u));
-        let z_low = bytes_of(select(z_planes.x, z_planes.y, half == 1u));
-        let z_high = bytes_of(select(z_planes.z, z_planes.w, half == 1u));
-        let near = max(max(
-            select(x_low, x_high, negative.x) * scale.x + start.x,
-            select(y_low, y_high, negative.y) * scale.y + start.y),
-            max(select(z_low, z_high, negative.z) * scale.z + start.z, vec4f(t_min)));
-        // Widened by two ulp [Ize13], so that rounding loses no box.
-        let far = min(min(
-            select(x_high, x_low, negative.x) * scale.x + start.x,
-            select(y_high, y_low, negative.y) * scale.y + start.y),
-            min(select(z_high, z_low, negative.z) * scale.z + start.z, vec4f(t_max))) * 1.0000003;
-        let met = near <= far;
-        let bits = vec4u(
-            (child_bits & 0xffu) << (bit_index & 0xffu),
-            ((child_bits >> 8u) & 0xffu) << ((bit_index >> 8u) & 0xffu),
-            ((child_bits >> 16u) & 0xffu) << ((bit_index >> 16u) & 0xffu),
-            (child_bits >> 24u) << (bit_index >> 24u),
-        );
-        let kept = select(vec4u(0u), bits, met);
-        hits |= kept.x | kept.y | kept.z | kept.w;
-    }
-    // Hits, inner-child mask, first child, first triangle.
-    return vec4u(hits, head.w >> 24u, meta_words.x, meta_words.y);
+    let x_near = select(node.x_planes.xy, node.x_planes.zw, negative.x);
+    let x_far = select(node.x_planes.zw, node.x_planes.xy, negative.x);
+    let y_near = select(node.y_planes.xy, node.y_planes.zw, negative.y);
+    let y_far = select(node.y_planes.zw, node.y_planes.xy, negative.y);
+    let z_near = select(node.z_planes.xy, node.z_planes.zw, negative.z);
+    let z_far = select(node.z_planes.zw, node.z_planes.xy, negative.z);
+    let enter_low = entries(vec3u(x_near.x, y_near.x, z_near.x), step, start - rounding, t_min);
+    let enter_high = entries(vec3u(x_near.y, y_near.y, z_near.y), step, start - rounding, t_min);
+    let leave_low = exits(vec3u(x_far.x, y_far.x, z_far.x), step, start + rounding, t_max);
+    let leave_high = exits(vec3u(x_far.y, y_far.y, z_far.y), step, start + rounding, t_max);
+    // Of each child, its bit as a node and those of its triangles.
+    let bits = select(vec4u(0u), vec4u(0x01000007u, 0x02000038u, 0x040001c0u, 0x08000e00u), enter_low <= leave_low)
+        | select(vec4u(0u), vec4u(0x10007000u, 0x20038000u, 0x401c0000u, 0x80e00000u), enter_high <= leave_high);
+    let children = (bits.x | bits.y | bits.z | bits.w) & node.children;
+    let inner_low = (vec4u(children) & vec4u(0x01000000u, 0x02000000u, 0x04000000u, 0x08000000u)) != vec4u(0u);
+    let inner_high = (vec4u(children) & vec4u(0x10000000u, 0x20000000u, 0x40000000u, 0x80000000u)) != vec4u(0u);
+    return Met(children, sort8(
+        select(vec4i(FARTHEST), (enter_low & vec4i(~7)) | vec4i(0, 1, 2, 3), inner_low),
+        select(vec4i(FARTHEST), (enter_high & vec4i(~7)) | vec4i(4, 5, 6, 7), inner_high)));
+}
+
+// The `order` of a group of the first `count`.
+fn order_of(sorted: array<i32, 8>, count: u32) -> u32 {
+    let slots = (u32(sorted[0]) & 7u) | ((u32(sorted[1]) & 7u) << 3u) | ((u32(sorted[2]) & 7u) << 6u)
+        | ((u32(sorted[3]) & 7u) << 9u) | ((u32(sorted[4]) & 7u) << 12u) | ((u32(sorted[5]) & 7u) << 15u)
+        | ((u32(sorted[6]) & 7u) << 18u) | ((u32(sorted[7]) & 7u) << 21u);
+    let end = 1u << (3u * count);
+    return (slots & (end - 1u)) | end;
 }
 
 // Nearest hit of the ray in (t_min, t_max), alpha left aside. With `any`, the first opaque one found.
@@ -67,51 +96,58 @@ fn traverse(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any: bool) 
     var hit = Hit(t_max, NO_HIT, vec2f(0.0));
     // A zero component becomes tiny: no infinities meet a zero in the slab test.
     let tiny = abs(direction) < vec3f(1.0e-20);
-    let safe = select(direction, vec3f(1.0e-20), tiny);
-    let inv_direction = 1.0 / safe;
+    let inv_direction = 1.0 / select(direction, vec3f(1.0e-20), tiny);
     let axes = ray_axes(direction);
-    let octant = select(0x04040404u, 0u, safe.x < 0.0) | select(0x02020202u, 0u, safe.y < 0.0)
-        | select(0x01010101u, 0u, safe.z < 0.0);
-    var stack: array<vec2u, TRAVERSAL_STACK_SIZE>;
+    var stack: array<Group, TRAVERSAL_STACK_SIZE>;
     var stack_size = 0u;
-    var group = vec2u(0u, 0x80000000u);
+    var index = 0u;
     loop {
-        var primitives = vec2u(0u);
-        if (group.y & 0xff000000u) != 0u {
-            let bit = firstLeadingBit(group.y);
-            let inner_mask = group.y;
-            group.y &= ~(1u << bit);
-            if (group.y & 0xff000000u) != 0u && stack_size < TRAVERSAL_STACK_SIZE {
-                stack[stack_size] = group;
-                stack_size += 1u;
-            }
-            let slot = (bit - 24u) ^ (octant & 0xffu);
-            let child = group.x + countOneBits(inner_mask & ~(0xffffffffu << slot));
-            let found = intersect_node(child, origin, inv_direction, octant, t_min, hit.t);
-            group = vec2u(found.z, (found.x & 0xff000000u) | found.y);
-            primitives = vec2u(found.w, found.x & 0x00ffffffu);
-        } else {
-            group = vec2u(0u);
-        }
-        while primitives.y != 0u {
-            let bit = firstLeadingBit(primitives.y);
-            primitives.y &= ~(1u << bit);
-            let index = primitives.x + bit;
-            let triangle = bvh_triangles[index];
-            let tuv = intersect_triangle(triangle, origin, axes);
-            if tuv.x > t_min && tuv.x < hit.t {
-                hit = Hit(tuv.x, index, tuv.yz);
-                if any && !(SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u) {
-                    return hit;
+        let node = bvh_nodes[index];
+        let met = intersect_node(node, origin, inv_direction, t_min, hit.t);
+        var triangles = met.children & 0x00ffffffu;
+        // A loop that ends with its test, as most leaves are not met: software adapters pass over an `if` that no ray of
+        // several takes, but run each loop at least once.
+        if triangles != 0u {
+            loop {
+                let bit = firstTrailingBit(triangles);
+                triangles &= triangles - 1u;
+                let leaf = node.first_triangle + countOneBits(node.children & ((1u << bit) - 1u));
+                let triangle = bvh_triangles[leaf];
+                let tuv = intersect_triangle(triangle, origin, axes);
+                if tuv.x > t_min && tuv.x < hit.t {
+                    hit = Hit(tuv.x, leaf, tuv.yz);
+                    if any && !(SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u) {
+                        return hit;
+                    }
+                }
+                continuing {
+                    break if triangles == 0u;
                 }
             }
         }
-        if (group.y & 0xff000000u) == 0u {
+
+        // On to the nearest child. If there is none before the hit, to the stack: two groups are tried, for a loop would cost all
+        // rays more than the few needless visits do.
+        var group = Group(node.first_child, order_of(met.sorted, countOneBits(met.children >> 24u)), met.sorted[0] & ~7);
+        var next = met.sorted[1] & ~7;
+        if group.order == 1u || group.nearest > bitcast<i32>(hit.t) {
             if stack_size == 0u {
                 break;
             }
+            // The mask changes nothing; it tells the compiler that the index is within bounds.
             stack_size -= 1u;
-            group = stack[stack_size];
+            group = stack[stack_size & (TRAVERSAL_STACK_SIZE - 1u)];
+            if group.nearest > bitcast<i32>(hit.t) && stack_size != 0u {
+                stack_size -= 1u;
+                group = stack[stack_size & (TRAVERSAL_STACK_SIZE - 1u)];
+            }
+            next = group.nearest;
+        }
+        index = group.first_child + (group.order & 7u);
+        group = Group(group.first_child, group.order >> 3u, next);
+        if group.order != 1u {
+            stack[stack_size & (TRAVERSAL_STACK_SIZE - 1u)] = group;
+            stack_size += 1u;
         }
     }
     return hit;

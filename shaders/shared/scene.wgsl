@@ -1,5 +1,25 @@
 // The scene as it lies in memory. The Rust side is `lightloom_passes::scene::gpu_types`; the graph compares the two.
 
+// A node of the hierarchy, its eight children's boxes on a grid of 8 bits. Inner children come first, then leaves, whose
+// triangles follow each other, then children that are not there.
+struct BvhNode {
+    // Least corner of the node, where the grid begins (m, world).
+    origin: vec3f,
+    // The grid's steps in x, y and z (m), from the lowest byte up: the biased exponents of powers of two.
+    exponents: u32,
+    // Index of the node that is child 0; other inner children follow.
+    first_child: u32,
+    // Index into `bvh_triangles`.
+    first_triangle: u32,
+    // Bit 24 + c: child c is a node. Bits 3 c to 3 c + 2: as many triangles lie in child c.
+    children: u32,
+    pad0: u32,
+    // Least x of the eight children, then their greatest, in steps of the grid, a byte each; y and z likewise.
+    x_planes: vec4u,
+    y_planes: vec4u,
+    z_planes: vec4u,
+}
+
 // A triangle as rays meet it; the array is in leaf order of the BVH, so that a leaf is a range.
 struct BvhTriangle {
     // First corner (m, world).

@@ -1,7 +1,7 @@
 // The scene, at bind group 1. Entry points that use only part of it bind only that part.
 #import "shared/scene.wgsl"
 
-@group(1) @binding(0) var<storage, read> bvh_nodes: array<vec4u>;
+@group(1) @binding(0) var<storage, read> bvh_nodes: array<BvhNode>;
 @group(1) @binding(1) var<storage, read> bvh_triangles: array<BvhTriangle>;
 @group(1) @binding(2) var<storage, read> triangles: array<TriangleAttributes>;
 @group(1) @binding(3) var<storage, read> materials: array<Material>;

@@ -77,6 +77,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/scene.wgsl",
     "shared/scene_bindings.wgsl",
     "shared/scene_traits.wgsl",
+    "shared/sort8.wgsl",
     "shared/surface.wgsl",
     "shared/texture.wgsl",
     "shared/tiles.wgsl",

@@ -1,16 +1,7 @@
-//! The bounding volume hierarchy: an eight-wide compressed one, built and laid out by `obvhs`.
+//! The bounding volume hierarchy: an eight-wide compressed one after [Ylitie17], built and traversed on the CPU by `obvhs`.
 //!
-//! Its 80-byte nodes go to the GPU as they are, five `vec4<u32>` each. Triangles are stored in leaf
-//! order, so that a leaf names a contiguous range. Node layout after [Ylitie17], with the minima and
-//! maxima of the children interleaved:
-//!
-//! ```text
-//! word 0..3   p        least corner of the node (f32 × 3)
-//! word 3      e, imask three exponents of the child grid, mask of inner children (u8 × 4)
-//! word 4      index of the first inner child        word 5   index of the first triangle
-//! word 6..8   child_meta: 8 × u8, leaf: unary count (3 bits) | offset (5 bits); inner: 001 | 24 + slot
-//! word 8..20  min x, max x, min y, max y, min z, max z of the children on the grid, 8 × u8 each
-//! ```
+//! Shaders read the same nodes and boxes, laid out as `bvh_node.rs` says. Triangles are stored in leaf order, so that a
+//! leaf names a contiguous range.
 //!
 //! [Ylitie17]: https://doi.org/10.1145/3105762.3105773 "Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide BVHs, HPG 2017"
 
@@ -19,6 +10,8 @@ mod refit;
 
 pub use refit::{Followed, MOST_GROWTH};
 
+use super::bvh_node::LEAF_TRIANGLES;
+use super::gpu_types::BvhNode;
 use super::{SceneError, Triangle};
 use glam::{Vec3, Vec3A};
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -30,9 +23,6 @@ use std::time::{Duration, Instant};
 
 /// Levels that a traversal stack must hold; deeper hierarchies are refused.
 pub const MAX_DEPTH: u32 = 32;
-
-/// Bytes of one node.
-pub const NODE_BYTES: u64 = 80;
 
 /// Size and cost of a hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -103,9 +93,9 @@ impl Bvh {
         self.stats
     }
 
-    /// The nodes as the GPU reads them: [`NODE_BYTES`] each, the root first.
-    pub fn node_bytes(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.tree.nodes)
+    /// The nodes as shaders read them, the root first.
+    pub fn nodes(&self) -> impl ExactSizeIterator<Item = BvhNode> {
+        self.tree.nodes.iter().map(BvhNode::from)
     }
 
     /// For each place in leaf order, the index of its triangle.
@@ -153,7 +143,8 @@ fn build_tree(corners: &[obvhs::triangle::Triangle]) -> CwBvh {
     let mut binary =
         PlocBuilder::with_capacity(corners.len()).build(PlocSearchDistance::Medium, corners, indices, SortPrecision::U64, 3);
     ReinsertionOptimizer::default().run(&mut binary, 0.1, None);
-    bvh2_to_cwbvh(&binary, 3, true, false)
+    // The order of the children helps only the traversal on the CPU.
+    bvh2_to_cwbvh(&binary, LEAF_TRIANGLES as u32, true, false)
 }
 
 /// Levels of nodes, found breadth first.
@@ -217,7 +208,7 @@ mod tests {
         let mut order = bvh.leaf_order().to_vec();
         order.sort_unstable();
         assert!(order.into_iter().eq(0..scene.triangles.len() as u32), "a permutation");
-        assert_eq!(bvh.node_bytes().len() as u64, NODE_BYTES * u64::from(bvh.stats().nodes));
+        assert_eq!(bvh.nodes().len() as u32, bvh.stats().nodes);
     }
 
     #[test]

@@ -31,6 +31,7 @@ mod traits;
 
 pub mod builtin;
 pub mod bvh;
+mod bvh_node;
 pub mod gpu_types;
 mod pages;
 mod upload;

@@ -44,7 +44,7 @@ struct Pose {
 /// The scene's resources in one frame's graph, named as the WGSL variables.
 #[derive(Debug)]
 pub struct SceneHandles {
-    /// `array<vec4u>`, five per node.
+    /// `array<BvhNode>`, the root first.
     pub bvh_nodes: Handle<Buffer>,
     /// `array<BvhTriangle>` in leaf order.
     pub bvh_triangles: Handle<Buffer>,
@@ -224,7 +224,7 @@ impl Pose {
         let (bounds_center, bounds_radius) = scene.bounding_sphere();
         let list = LightList::new(scene, bounds_radius);
         let light_of = |index: usize| list.of_triangle.get(index).copied().unwrap_or(NONE);
-        let bvh_nodes = to.bytes("bvh_nodes", old.map(|old| &old.bvh_nodes), bvh.node_bytes())?;
+        let bvh_nodes = to.array("bvh_nodes", old.map(|old| &old.bvh_nodes), bvh.nodes())?;
         let in_leaf_order = bvh.leaf_order().iter().map(|&index| {
             let triangle = &scene.triangles[index as usize];
             let alpha = alpha_tested.get(triangle.material as usize).is_some_and(|&a| a);

@@ -59,15 +59,6 @@ impl<'a> Writer<'a> {
         Ok(Resident { name, buffer: Some(buffer), desc })
     }
 
-    /// A buffer of plain bytes, in the place of `old` where it has the same size.
-    pub(super) fn bytes(&mut self, name: &'static str, old: Option<&Resident>, bytes: &[u8]) -> Result<Resident, SceneError> {
-        let resident = self.buffer(name, BufferDesc::bytes(bytes.len() as u64), old)?;
-        for (index, chunk) in bytes.chunks(CHUNK_BYTES).enumerate() {
-            self.write(&resident, (index * CHUNK_BYTES) as u64, chunk);
-        }
-        Ok(resident)
-    }
-
     /// A buffer of structs, converted and written chunk by chunk, in the place of `old` where it has the same size.
     pub(super) fn array<T: ShaderStruct>(
         &mut self,

@@ -1,6 +1,7 @@
 //! Rays through the hierarchy in WGSL against rays through the same triangles one by one, in f64.
 
 use glam::{DVec3, Vec3};
+use lightloom_graph::{BufferDesc, ComputeShader, Graph};
 use lightloom_passes::scene::{Bvh, Scene, builtin};
 use lightloom_passes::{Ray, RayHit};
 use lightloom_tests::Lab;
@@ -139,5 +140,34 @@ fn no_ray_escapes_a_closed_mesh_through_edges_or_corners() {
             // The target is at t = 1; f32 resolves it to about the ulp of the farthest coordinate.
             assert!((hit.t - 1.0).abs() < 1e-3, "mesh {seed}: {ray:?} met the surface at {}", hit.t);
         }
+    }
+}
+
+/// By the 0–1 principle [Knuth98, 5.3.4, theorem Z], a network that sorts all rows of zeros and ones sorts all rows.
+#[test]
+fn every_row_of_zeros_and_ones_is_sorted() {
+    const TEXT: &str = r#"
+#import "shared/sort8.wgsl"
+@group(0) @binding(0) var<storage, read_write> rows: array<u32>;
+@compute @workgroup_size(64)
+fn rows_sorted(@builtin(global_invocation_id) id: vec3u) {
+    let row = vec4u(id.x);
+    var numbers = sort8(vec4i((row >> vec4u(0u, 1u, 2u, 3u)) & vec4u(1u)), vec4i((row >> vec4u(4u, 5u, 6u, 7u)) & vec4u(1u)));
+    var sorted = 0u;
+    for (var i = 0u; i < 8u; i += 1u) {
+        sorted |= u32(numbers[i]) << i;
+    }
+    rows[id.x] = sorted;
+}"#;
+    let Some(mut lab) = Lab::open() else { return };
+    let sources = lab.sources.with(&[("rows_sorted.wgsl", TEXT)]);
+    let shader = ComputeShader::new(&sources, "rows_sorted.wgsl").expect("it is sound");
+    let mut graph = Graph::new("rows");
+    let mut rows = graph.buffer("rows", BufferDesc::words(256));
+    graph.compute(&shader).write("rows", &mut rows).dispatch_1d(256);
+    let read = graph.readback_buffer(&rows);
+    let sorted: Vec<u32> = lab.run(graph).cast(read);
+    for (row, sorted) in (0_u32..).zip(sorted) {
+        assert_eq!(sorted, 0xff & !(0xff >> row.count_ones()), "row {row:08b}");
     }
 }

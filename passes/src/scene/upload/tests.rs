@@ -1,7 +1,7 @@
 //! What was uploaded is read back and compared with the scene.
 
 use super::*;
-use crate::scene::gpu_types::ALPHA_TESTED;
+use crate::scene::gpu_types::{ALPHA_TESTED, BvhNode};
 use crate::scene::{Alpha, TextureData, TextureUse, builtin};
 use glam::Vec3;
 use lightloom_graph::Gpu;
@@ -38,7 +38,8 @@ fn buffers_hold_the_scene() {
     let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
     let uploaded = GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh).unwrap();
 
-    assert_eq!(read(&gpu, &uploaded.pose.bvh_nodes), bvh.node_bytes());
+    let nodes: Vec<BvhNode> = bvh.nodes().collect();
+    assert_eq!(read(&gpu, &uploaded.pose.bvh_nodes), bytemuck::cast_slice::<_, u8>(&nodes));
     let bytes = read(&gpu, &uploaded.pose.bvh_triangles);
     let in_leaf_order: &[BvhTriangle] = bytemuck::cast_slice(&bytes);
     let bytes = read(&gpu, &uploaded.pose.triangles);

@@ -1,10 +1,15 @@
-//! Rays per second of the WGSL traversal beside the device's ray queries, where it has any, and beside the same hierarchy
-//! traversed on the CPU by its own crate, in one run.
+//! Rays per second of the WGSL traversal beside the device's ray queries, where it has any, beside the same hierarchy
+//! traversed on the CPU by its own crate, and beside Embree, where its Python package is installed, in one run.
 //!
 //! `cargo bench -p lightloom-passes [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
 //! ones leave their hits with a cosine distribution. GPU time is the pass's own; the first dispatch, which includes the
-//! driver's compilation, is not counted. Rounds alternate between the three, and the best of each counts.
+//! driver's compilation, is not counted. The CPU's two use every core and trace ray by ray. Rounds alternate between the
+//! four, and the best of each counts. Agreement is the share of rays that met the same triangle as in WGSL; where surfaces
+//! coincide, several are right.
 
+mod embree;
+
+use embree::Embree;
 use glam::Vec3;
 use lightloom_graph::{BufferDesc, Executor, Gpu, GpuRequest, Graph};
 use lightloom_passes::scene::{Alpha, Bvh, GpuScene, Scene, builtin};
@@ -44,11 +49,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let coherent = camera_rays(&scene)?;
     let pass = TraceRays::new(&lightloom_passes::shaders())?;
-    let mut bench = Bench { executor: Executor::new(&gpu), pass, traversed: upload()?, queried };
-    println!(
-        "{:<10} {:>12} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}",
-        "Mray/s", "WGSL", "ray query", "CPU", "WGSL/query", "WGSL/CPU", "query agr.", "CPU agr."
-    );
+    let embree = Embree::start(&scene.triangles)?;
+    if embree.is_none() {
+        println!("Embree: none; `{}` brings it", embree::INSTALL);
+    }
+    let mut bench = Bench { executor: Executor::new(&gpu), pass, traversed: upload()?, queried, embree };
+    println!("{:<10} {:>8} {:>27} {:>27} {:>27}", "Mray/s", "WGSL", "ray query", "CPU (obvhs)", "Embree");
     let hits = bench.compare("coherent", &bvh, &coherent)?;
     let diffuse = bounce_rays(&scene, &coherent, &hits);
     bench.compare("diffuse", &bvh, &diffuse)?;
@@ -61,11 +67,13 @@ struct Bench {
     traversed: GpuScene,
     /// `None`: the adapter has no ray queries.
     queried: Option<GpuScene>,
+    /// `None`: it is not installed.
+    embree: Option<Embree>,
 }
 
 impl Bench {
     fn compare(&mut self, name: &str, bvh: &Bvh, rays: &[Ray]) -> Result<Vec<RayHit>, Box<dyn Error>> {
-        let (mut wgsl, mut query, mut cpu) = (Best::default(), Best::default(), Best::default());
+        let (mut wgsl, mut query, mut cpu, mut embree) = <(Best<RayHit>, Best<RayHit>, Best<u32>, Best<u32>)>::default();
         for repeat in 0..=REPEATS {
             let counts = repeat > 0;
             wgsl.take(counts, trace(&mut self.executor, &self.pass, &self.traversed, rays)?);
@@ -75,24 +83,24 @@ impl Bench {
             let start = Instant::now();
             let hits = trace_on_cpu(bvh, rays);
             cpu.take(counts, (hits, start.elapsed().as_secs_f64() * 1e3));
+            if let Some(process) = &mut self.embree {
+                embree.take(counts, process.trace(rays)?);
+            }
         }
         let rate = |ms: f64| rays.len() as f64 / ms / 1e3;
-        let agreeing = |ids: &mut dyn Iterator<Item = u32>| {
-            let agree = ids.zip(&wgsl.hits).filter(|(id, hit)| *id == hit.triangle).count();
-            100.0 * agree as f64 / rays.len() as f64
-        };
-        let (query_rate, of_query, query_agrees) = if self.queried.is_some() {
-            let agree = agreeing(&mut query.hits.iter().map(|hit| hit.triangle));
-            (format!("{:.2}", rate(query.ms)), format!("{:.2}", query.ms / wgsl.ms), format!("{agree:.3}%"))
-        } else {
-            ("none".into(), "-".into(), "-".into())
+        let column = |ids: Vec<u32>, ms: f64| {
+            if ids.is_empty() {
+                return "none".to_owned();
+            }
+            let agree = ids.iter().zip(&wgsl.hits).filter(|(id, hit)| **id == hit.triangle).count();
+            format!("{:.2} (WGSL {:.2}×, {:.2}%)", rate(ms), ms / wgsl.ms, 100.0 * agree as f64 / rays.len() as f64)
         };
         println!(
-            "{name:<10} {:>12.2} {query_rate:>12} {:>12.2} {of_query:>10} {:>10.2} {query_agrees:>10} {:>9.3}%",
+            "{name:<10} {:>8.2} {:>27} {:>27} {:>27}",
             rate(wgsl.ms),
-            rate(cpu.ms),
-            cpu.ms / wgsl.ms,
-            agreeing(&mut cpu.hits.iter().copied()),
+            column(query.hits.iter().map(|hit| hit.triangle).collect(), query.ms),
+            column(cpu.hits, cpu.ms),
+            column(embree.hits, embree.ms),
         );
         Ok(wgsl.hits)
     }
