@@ -2,14 +2,6 @@
 //!
 //! Which of the two is a property of a set of shaders: all passes and strategies made from one set agree. A buffer of the other
 //! kind is refused where it is bound, as any other struct would be.
-//!
-//! ```
-//! use lightloom_passes::{PhotonStore, PhotonTracing};
-//! let sources = PhotonStore::Compact.shaders();
-//! assert_eq!(PhotonStore::of(&sources), PhotonStore::Compact);
-//! let tracing = PhotonTracing::new(&sources)?;
-//! # Ok::<(), lightloom_graph::ShaderError>(())
-//! ```
 
 use crate::photon::octahedral_direction;
 use crate::scene::SceneInfo;
@@ -21,6 +13,14 @@ const WHOLE_FILE: &str = "shared/photon_store.wgsl";
 const COMPACT_FILE: &str = "shared/photon_store_compact.wgsl";
 
 /// How photons lie in memory between their tracing and their gathering.
+///
+/// ```
+/// use lightloom_passes::{PhotonStore, PhotonTracing};
+/// let sources = PhotonStore::Compact.shaders();
+/// assert_eq!(PhotonStore::of(&sources), PhotonStore::Compact);
+/// let tracing = PhotonTracing::new(&sources)?;
+/// # Ok::<(), lightloom_graph::ShaderError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PhotonStore {
     /// [`Photon`] records, 32 bytes.
@@ -153,6 +153,8 @@ impl CompactPhoton {
     }
 
     /// Path probability ρ [MML13] Eq. 5; √(1 − ρ) within 1/126.
+    ///
+    /// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
     pub fn path_probability(&self) -> f32 {
         let reach = ((self.direction >> 24) & 63) as f32 / 63.0;
         1.0 - reach * reach
