@@ -34,6 +34,14 @@ impl Place {
             .expect("the program to start")
     }
 
+    /// Runs the program, which must succeed.
+    #[track_caller]
+    fn does(&self, line: &str) -> Output {
+        let output = self.run(line);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output
+    }
+
     /// Runs the program, which must fail with `status`, and say `error: …` with each of `words` in it and no panic.
     #[track_caller]
     fn refuses(&self, line: &str, status: i32, words: &[&str]) {
@@ -225,8 +233,7 @@ fn plan_prints_the_agreed_keys() {
         {"name": "two", "kind": "compute", "reads": ["a"], "writes": [{"resource": "b", "preserve": false}]},
         {"name": "three", "kind": "compute", "reads": ["b"], "writes": [{"resource": "out", "preserve": false}]}]}"#;
     place.file("frame.json", frame);
-    let output = place.run("plan frame.json --json");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = place.does("plan frame.json --json");
     let plan: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(plan["frame"], "two");
     assert_eq!(plan["order"], serde_json::json!(["one", "two", "three"]));
@@ -274,8 +281,7 @@ fn render_writes_linear_exr_and_png() {
     let place = Place::new();
     let line = "render builtin:cornell --strategy tiled --size 32x18 --photons 20k --bounces 3";
     for name in ["sub/a.exr", "a.png"] {
-        let output = place.run(&format!("{line} -o {name}"));
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        place.does(&format!("{line} -o {name}"));
         assert!(place.path(name).exists(), "{name}");
     }
     let picture = lightloom::read_exr(&place.path("sub/a.exr")).unwrap();
@@ -295,8 +301,7 @@ fn a_sequence_shows_a_pose_an_image_and_tells_its_cost() {
     }
     let place = Place::new();
     let line = "render builtin:moving --size 24x16 --photons 3k --frames 2 --deterministic";
-    let output = place.run(&format!("{line} -o out/m.exr --animate 3 --fps 2 --time 0.5"));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place.does(&format!("{line} -o out/m.exr --animate 3 --fps 2 --time 0.5"));
     let image = |name: &str| lightloom::read_exr(&place.path(name)).expect("an image");
     let images = [image("out/m.0000.exr"), image("out/m.0001.exr"), image("out/m.0002.exr")];
     assert!(images[0] != images[1] && images[1] != images[2], "nothing moves");
@@ -310,8 +315,7 @@ fn a_sequence_shows_a_pose_an_image_and_tells_its_cost() {
         assert!(image.pose_ms > 0.0 && image.hierarchy_ms > 0.0 && image.upload_ms > 0.0, "{image:?}");
     }
     // The same pose by itself, and at rest with a word that there is more.
-    let output = place.run(&format!("{line} -o one.exr --time 1"));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place.does(&format!("{line} -o one.exr --time 1"));
     let alone = image("one.exr");
     // Its hierarchy is a new one; where a ray meets two triangles at once, another may count, which few rays do.
     let apart = alone.pixels().iter().zip(images[1].pixels()).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count();
@@ -347,8 +351,7 @@ fn rays_are_traced_as_asked_and_it_is_said_how() {
     // The same triangles, so the same photons, unless a ray meets an edge.
     let apart = bvh.pixels().iter().zip(query.pixels()).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count();
     assert!(apart * 20 < bvh.pixels().len(), "{apart} pixels differ");
-    let output = place.run("compare builtin:cornell --strategies exact --size 24x16 --photons 5k --trace ray-query -o out");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place.does("compare builtin:cornell --strategies exact --size 24x16 --photons 5k --trace ray-query -o out");
     let results = std::fs::read_to_string(place.path("out/results.json")).expect("the results");
     assert!(results.contains("\"trace\": \"ray-query\""), "{results}");
 }
@@ -363,8 +366,7 @@ fn photons_leave_and_lie_as_asked_and_it_is_said_how() {
         return;
     }
     let line = "compare builtin:caustics --strategies tiled --size 24x16 --photons 5k --bounces 3";
-    let output = place.run(&format!("{line} --emission maps --photon-store compact -o out"));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place.does(&format!("{line} --emission maps --photon-store compact -o out"));
     let results = std::fs::read_to_string(place.path("out/results.json")).expect("the results");
     let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
     assert_eq!(results["settings"]["emission"], "maps");
@@ -408,10 +410,9 @@ fn compare_writes_results_and_report() {
         return;
     }
     let place = Place::new();
-    let output = place.run(
+    let output = place.does(
         "compare builtin:cornell --strategies exact,tiled --reference path --samples 4 --size 24x16 --photons 5k --bounces 2 -o out --json",
     );
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let file = std::fs::read(place.path("out/results.json")).unwrap();
     let results: serde_json::Value = serde_json::from_slice(&file).unwrap();
     assert_eq!(results, serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap());
@@ -445,8 +446,7 @@ fn graph_speaks_dot_json_and_frame() {
     assert!(serde_json::from_slice::<serde_json::Value>(&json.stdout).is_ok(), "no JSON");
     // A frame that `graph` writes is one that `plan` reads.
     assert!(place.run(&format!("{line} --format frame -o frame.json")).status.success(), "--format frame");
-    let plan = place.run("plan frame.json --json");
-    assert!(plan.status.success(), "{}", String::from_utf8_lossy(&plan.stderr));
+    place.does("plan frame.json --json");
 }
 
 /// Runs the program with an adapter asked for that there is not.
@@ -485,8 +485,7 @@ fn graph_measures_pages_and_traces() {
     }
     let place = Place::new();
     let line = "graph builtin:cornell --strategy hash-grid --size 32x18 --photons 5k";
-    let html = place.run(&format!("{line} --format html"));
-    assert!(html.status.success(), "{}", String::from_utf8_lossy(&html.stderr));
+    let html = place.does(&format!("{line} --format html"));
     let page = String::from_utf8(html.stdout).unwrap();
     stands_alone(&page);
     assert!(page.contains("GPU time per pass, ") || page.contains("no clock"), "where times come from");
@@ -516,8 +515,7 @@ fn render_profiles_its_frames() {
     }
     let place = Place::new();
     let line = "render builtin:cornell --strategy tiled --size 24x16 --photons 5k --frames 3 -o a.exr --profile sub/p.json";
-    let output = place.run(line);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place.does(line);
     is_trace(&place.path("sub/p.json"), "tiled_gather");
     let trace: serde_json::Value = serde_json::from_slice(&std::fs::read(place.path("sub/p.json")).unwrap()).unwrap();
     let plans = trace["traceEvents"].as_array().unwrap().iter().filter(|event| event["name"] == "plan").count();
@@ -533,8 +531,7 @@ fn render_shows_what_a_pass_writes() {
     let line = "render builtin:cornell --strategy tiled --size 24x16 --photons 5k --bounces 3 --deterministic";
     // The sum that `final` shows is what `compose` writes.
     assert!(place.run(&format!("{line} --layer final -o final.exr")).status.success(), "final");
-    let tapped = place.run(&format!("{line} --layer pass:compose -o compose.exr"));
-    assert!(tapped.status.success(), "{}", String::from_utf8_lossy(&tapped.stderr));
+    place.does(&format!("{line} --layer pass:compose -o compose.exr"));
     let [shown, expected] = ["compose.exr", "final.exr"].map(|name| lightloom::read_exr(&place.path(name)).unwrap());
     assert_eq!(shown, expected);
     // What nothing reads in this frame is kept by being asked for.

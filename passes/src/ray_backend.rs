@@ -74,7 +74,7 @@ impl RayBackend {
     /// The backend that was asked for, or the better one of those that `gpu` has.
     ///
     /// Ray queries are better where hardware runs them. A software adapter's are not: lavapipe 25.0.7 takes five to seven times
-    /// as long by ray queries as by the hierarchy (`cargo bench -p lightloom-passes`).
+    /// as long by ray queries as by the hierarchy (`cargo bench -p lightloom-passes --bench traversal`).
     ///
     /// # Errors
     /// [`RayBackendError`] for ray queries that the adapter has not, or that the device was opened without.

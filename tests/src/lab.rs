@@ -202,6 +202,29 @@ impl Lab {
         traced(&output, reads)
     }
 
+    /// Traces photons that follow reflective shadow maps of side `side` and reads them back.
+    pub fn photons_by_maps(&mut self, scene: &GpuScene, settings: &PhotonSettings, side: u32) -> Traced {
+        let mut graph = Graph::new("photons");
+        let handles = scene.declare(&mut graph);
+        let photons = self.trace_by_maps(&mut graph, scene, &handles, settings, side);
+        let reads = read_photons(&mut graph, &photons);
+        let output = self.run(graph);
+        traced(&output, reads)
+    }
+
+    fn trace_by_maps(
+        &self,
+        graph: &mut Graph<'_>,
+        scene: &GpuScene,
+        handles: &SceneHandles,
+        settings: &PhotonSettings,
+        side: u32,
+    ) -> Photons {
+        let rsm = Rsm::new(&self.sources).expect("the maps' shaders are valid");
+        let maps = rsm.add(graph, handles, &scene.info(), side);
+        self.tracing.add_from(graph, handles, &scene.info(), settings, &rsm.source(&maps))
+    }
+
     /// One frame: a G-buffer, one set of photons, and what each strategy makes of them.
     ///
     /// # Panics
@@ -213,11 +236,7 @@ impl Lab {
         let gbuffer = self.gbuffer(&mut graph, scene, &handles, &camera);
         let photons = match frame.maps {
             None => self.tracing.add(&mut graph, &handles, &scene.info(), &frame.photons),
-            Some(side) => {
-                let rsm = Rsm::new(&self.sources).expect("the maps' shaders are valid");
-                let maps = rsm.add(&mut graph, &handles, &scene.info(), side);
-                self.tracing.add_from(&mut graph, &handles, &scene.info(), &frame.photons, &rsm.source(&maps))
-            }
+            Some(side) => self.trace_by_maps(&mut graph, scene, &handles, &frame.photons, side),
         };
         self.gather(graph, scene, &handles, &camera, (&gbuffer, &photons), frame, strategies)
     }

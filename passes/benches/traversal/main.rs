@@ -1,7 +1,7 @@
 //! Rays per second of the WGSL traversal beside the device's ray queries, where it has any, beside the same hierarchy
 //! traversed on the CPU by its own crate, and beside Embree, where its Python package is installed, in one run.
 //!
-//! `cargo bench -p lightloom-passes [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
+//! `cargo bench -p lightloom-passes --bench traversal [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
 //! ones leave their hits with a cosine distribution. GPU time is the pass's own; the first dispatch, which includes the
 //! driver's compilation, is not counted. The CPU's two use every core and trace ray by ray. Rounds alternate between the
 //! four, and the best of each counts. Agreement is the share of rays that met the same triangle as in WGSL; where surfaces

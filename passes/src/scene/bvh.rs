@@ -174,11 +174,20 @@ mod tests {
             .iter()
             .enumerate()
             .filter_map(|(i, t)| {
-                let [v0, v1, v2] = t.positions_world.map(Vec3A::from);
-                let t = obvhs::triangle::Triangle { v0, v1, v2 }.intersect(&ray);
+                let t = corners(t).intersect(&ray);
                 t.is_finite().then_some((t, i as u32))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// 500 of them, evenly over the sphere: a spiral of golden angles.
+    pub(super) fn directions() -> impl Iterator<Item = Vec3> {
+        (0..500_u16).map(f32::from).map(|i| {
+            let turn = i * 2.399_963;
+            let y = 1.0 - 2.0 * (i + 0.5) / 500.0;
+            let ring = (1.0 - y * y).sqrt();
+            Vec3::new(ring * turn.cos(), y, ring * turn.sin())
+        })
     }
 
     #[test]
@@ -186,11 +195,7 @@ mod tests {
         let scene = builtin::caustics();
         let bvh = Bvh::build(&scene.name, &scene.triangles).unwrap();
         let mut hits = 0;
-        for i in 0..500_u32 {
-            let turn = i as f32 * 2.399_963;
-            let y = 1.0 - 2.0 * (i as f32 + 0.5) / 500.0;
-            let ring = (1.0 - y * y).sqrt();
-            let direction = Vec3::new(ring * turn.cos(), y, ring * turn.sin());
+        for (i, direction) in directions().enumerate() {
             let origin = Vec3::new(0.1, 1.2, 0.3);
             let found = bvh.closest_hit(origin, direction, 0.0, f32::INFINITY);
             let expected = by_hand(&scene.triangles, origin, direction);

@@ -4,11 +4,8 @@ use crate::determinism::settings;
 use glam::Vec3;
 use lightloom_graph::{BufferDesc, Graph};
 use lightloom_passes::scene::{GpuScene, Light, Material, Scene, builtin};
-use lightloom_passes::{
-    LivePaths, PathBuffers, PhotonBatch, PhotonPath, PhotonSettings, PhotonSource, PhotonState, PhotonTracing, Ray, Rsm,
-    decode_flux, shaders,
-};
-use lightloom_tests::{Lab, Traced};
+use lightloom_passes::{LivePaths, PathBuffers, PhotonBatch, PhotonPath, PhotonSource, Ray, Rsm, decode_flux, shaders};
+use lightloom_tests::Lab;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -17,20 +14,6 @@ const AT: Vec3 = Vec3::new(0.3, 1.6, 0.4);
 /// The room, lit by `light` alone.
 fn room(light: Light) -> Scene {
     Scene { lights: vec![light], ..builtin::caustics() }
-}
-
-fn by_maps(lab: &mut Lab, scene: &GpuScene, settings: &PhotonSettings, size: u32) -> Traced {
-    let (rsm, tracing) = (Rsm::new(&shaders()).expect("valid"), PhotonTracing::new(&shaders()).expect("valid"));
-    let mut graph = Graph::new("rsm");
-    let handles = scene.declare(&mut graph);
-    let maps = rsm.add(&mut graph, &handles, &scene.info(), size);
-    let photons = tracing.add_from(&mut graph, &handles, &scene.info(), settings, &rsm.source(&maps));
-    let reads = [graph.readback_buffer(&photons.records), graph.readback_buffer(&photons.state)];
-    let output = lab.run(graph);
-    let state = output.cast::<PhotonState>(reads[1])[0];
-    let mut records = output.cast(reads[0]);
-    records.truncate(state.stored as usize);
-    Traced { records, state }
 }
 
 #[test]
@@ -101,7 +84,7 @@ fn maps_change_no_mean() {
         for seed in 0..SEEDS {
             let settings = settings(20_000, 3, seed);
             for (kind, traced) in
-                [lab.photons(&scene, &settings), by_maps(&mut lab, &scene, &settings, 64)].into_iter().enumerate()
+                [lab.photons(&scene, &settings), lab.photons_by_maps(&scene, &settings, 64)].into_iter().enumerate()
             {
                 assert!(traced.state.flux_ledger().balances(), "{light:?}: {:?}", traced.state.flux_ledger());
                 let flux: f64 = traced.records.iter().map(|photon| f64::from(decode_flux(photon.flux).y)).sum();
@@ -133,7 +116,7 @@ fn maps_of_nothing_and_of_black_walls_are_uniform() {
     for scene in [room(away), black] {
         let scene = lab.upload(&scene);
         let settings = settings(20_000, 3, 1);
-        let [first, second] = [(); 2].map(|()| by_maps(&mut lab, &scene, &settings, 64).state);
+        let [first, second] = [(); 2].map(|()| lab.photons_by_maps(&scene, &settings, 64).state);
         assert_eq!(first, second, "deterministic");
         let ledger = first.flux_ledger();
         assert!(ledger.balances() && ledger.emitted[1] > 0 && first.stored == 0, "{ledger:?}");
@@ -148,7 +131,7 @@ fn variance_by_maps(lab: &mut Lab, scene: &GpuScene, cell: f32, sizes: [u32; 2])
     for seed in 0..SEEDS {
         let settings = settings(20_000, 3, seed);
         let uniform = lab.photons(scene, &settings);
-        let [small, large] = sizes.map(|size| by_maps(lab, scene, &settings, size));
+        let [small, large] = sizes.map(|size| lab.photons_by_maps(scene, &settings, size));
         for (kind, traced) in [uniform, small, large].into_iter().enumerate() {
             let mut frame = BTreeMap::<[i32; 3], f64>::new();
             for photon in &traced.records {

@@ -156,6 +156,7 @@ fn enclose(node: &mut CwBvhNode, bounds: Aabb, children: &[Option<Aabb>; 8]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::directions;
     use super::*;
     use crate::scene::{Scene, builtin};
     use glam::{Quat, Vec3};
@@ -227,11 +228,7 @@ mod tests {
             let built = Bvh::build(name, &triangles).unwrap();
             let (least, most) = Scene { triangles, ..Scene::default() }.bounds();
             let mut hits = 0;
-            for i in 0..500_u32 {
-                let turn = i as f32 * 2.399_963;
-                let y = 1.0 - 2.0 * (i as f32 + 0.5) / 500.0;
-                let ring = (1.0 - y * y).sqrt();
-                let direction = Vec3::new(ring * turn.cos(), y, ring * turn.sin());
+            for (i, direction) in directions().enumerate() {
                 let origin = least + (most - least) * Vec3::new(0.55, 0.6, 0.65);
                 let [a, b] = [&refitted, &built].map(|bvh| bvh.closest_hit(origin, direction, 0.0, f32::INFINITY));
                 assert_eq!(a.map(|hit| hit.distance), b.map(|hit| hit.distance), "{name}: ray {i}");
