@@ -46,7 +46,7 @@ fn exits(planes: vec3u, step: vec3f, start: vec3f, t_max: f32) -> vec4i {
 
 // What of a node the ray meets between `t_min` and `t_max`.
 struct Met {
-    // Bits of the node's `children`.
+    // Of the node's bits for its children, those of the ones met.
     children: u32,
     // Distances of the inner ones and their indices in the lowest three bits, sorted; FARTHEST: there are no more.
     sorted: array<i32, 8>,
@@ -54,11 +54,11 @@ struct Met {
 
 fn intersect_node(node: BvhNode, origin: vec3f, inv_direction: vec3f, t_min: f32, t_max: f32) -> Met {
     let step = inv_direction * vec3f(
-        bitcast<f32>((node.exponents & 0xffu) << 23u),
-        bitcast<f32>((node.exponents & 0xff00u) << 15u),
-        bitcast<f32>((node.exponents & 0xff0000u) << 7u),
+        bitcast<f32>((node.grid.w & 0xffu) << 23u),
+        bitcast<f32>((node.grid.w & 0xff00u) << 15u),
+        bitcast<f32>((node.grid.w & 0xff0000u) << 7u),
     );
-    let start = (node.origin - origin) * inv_direction;
+    let start = (bitcast<vec3f>(node.grid.xyz) - origin) * inv_direction;
     let rounding = BOX_ROUNDING * (abs(start) + 255.0 * abs(step));
     let negative = inv_direction < vec3f(0.0);
     let x_near = select(node.x_planes.xy, node.x_planes.zw, negative.x);
@@ -74,7 +74,7 @@ fn intersect_node(node: BvhNode, origin: vec3f, inv_direction: vec3f, t_min: f32
     // Of each child, its bit as a node and those of its triangles.
     let bits = select(vec4u(0u), vec4u(0x01000007u, 0x02000038u, 0x040001c0u, 0x08000e00u), enter_low <= leave_low)
         | select(vec4u(0u), vec4u(0x10007000u, 0x20038000u, 0x401c0000u, 0x80e00000u), enter_high <= leave_high);
-    let children = (bits.x | bits.y | bits.z | bits.w) & node.children;
+    let children = (bits.x | bits.y | bits.z | bits.w) & node.links.z;
     let inner_low = (vec4u(children) & vec4u(0x01000000u, 0x02000000u, 0x04000000u, 0x08000000u)) != vec4u(0u);
     let inner_high = (vec4u(children) & vec4u(0x10000000u, 0x20000000u, 0x40000000u, 0x80000000u)) != vec4u(0u);
     return Met(children, sort8(
@@ -111,7 +111,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any: bool) 
             loop {
                 let bit = firstTrailingBit(triangles);
                 triangles &= triangles - 1u;
-                let leaf = node.first_triangle + countOneBits(node.children & ((1u << bit) - 1u));
+                let leaf = node.links.y + countOneBits(node.links.z & ((1u << bit) - 1u));
                 let triangle = bvh_triangles[leaf];
                 let tuv = intersect_triangle(triangle, origin, axes);
                 if tuv.x > t_min && tuv.x < hit.t {
@@ -128,7 +128,7 @@ fn traverse(origin: vec3f, direction: vec3f, t_min: f32, t_max: f32, any: bool) 
 
         // On to the nearest child. If there is none before the hit, to the stack: two groups are tried, for a loop would cost all
         // rays more than the few needless visits do.
-        var group = Group(node.first_child, order_of(met.sorted, countOneBits(met.children >> 24u)), met.sorted[0] & ~7);
+        var group = Group(node.links.x, order_of(met.sorted, countOneBits(met.children >> 24u)), met.sorted[0] & ~7);
         var next = met.sorted[1] & ~7;
         if group.order == 1u || group.nearest > bitcast<i32>(hit.t) {
             if stack_size == 0u {

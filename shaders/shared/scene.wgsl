@@ -3,17 +3,12 @@
 // A node of the hierarchy, its eight children's boxes on a grid of 8 bits. Inner children come first, then leaves, whose
 // triangles follow each other, then children that are not there.
 struct BvhNode {
-    // Least corner of the node, where the grid begins (m, world).
-    origin: vec3f,
-    // The grid's steps in x, y and z (m), from the lowest byte up: the biased exponents of powers of two.
-    exponents: u32,
-    // Index of the node that is child 0; other inner children follow.
-    first_child: u32,
-    // Index into `bvh_triangles`.
-    first_triangle: u32,
-    // Bit 24 + c: child c is a node. Bits 3 c to 3 c + 2: as many triangles lie in child c.
-    children: u32,
-    pad0: u32,
+    // Least corner of the node, where the grid begins (m, world, bits of floats), and the grid's steps in x, y and z (m), from the
+    // lowest byte up: the biased exponents of powers of two.
+    grid: vec4u,
+    // Index of the node that is child 0, and other inner children follow; index into `bvh_triangles`; bits of the children,
+    // 24 + c: child c is a node, 3 c to 3 c + 2: as many triangles lie in child c; unused.
+    links: vec4u,
     // Least x of the eight children, then their greatest, in steps of the grid, a byte each; y and z likewise.
     x_planes: vec4u,
     y_planes: vec4u,

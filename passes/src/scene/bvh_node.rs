@@ -2,12 +2,15 @@
 //!
 //! [Ylitie17] and `obvhs` spend a byte of meta data on each child, to say what it is and where it lies, and order the children so
 //! that their slots tell which are nearer. Here inner children come first and leaves follow in the order of their triangles. So a
-//! child's place says where it lies, and one AND with `children` says what a ray met:
+//! child's place says where it lies, and one AND with the bits of the children says what a ray met:
 //!
 //! ```text
 //! child c is inner:  bit 24 + c          node       first_child + c
 //! child c is a leaf: bits 3 c … 3 c + 2  triangles  first_triangle + the set bits below
 //! ```
+//!
+//! A node is five vectors of 16 bytes, not fields of four: adapters load a vector at once, software ones with a single test of its
+//! bounds for each ray.
 //!
 //! The ray knows the distances of the boxes that it met, and sorts by those.
 //!
@@ -41,13 +44,10 @@ impl From<&CwBvhNode> for BvhNode {
             }
             bytemuck::cast::<[u8; 16], [[u8; 4]; 4]>(bytes).map(u32::from_le_bytes)
         };
+        let [x, y, z] = node.e;
         Self {
-            origin: node.p.to_array(),
-            exponents: u32::from_le_bytes([node.e[0], node.e[1], node.e[2], 0]),
-            first_child: node.child_base_idx,
-            first_triangle: node.primitive_base_idx,
-            children: bits.fold(0, |all, bit| all | bit),
-            pad0: 0,
+            grid: [node.p.x.to_bits(), node.p.y.to_bits(), node.p.z.to_bits(), u32::from_le_bytes([x, y, z, 0])],
+            links: [node.child_base_idx, node.primitive_base_idx, bits.fold(0, |all, bit| all | bit), 0],
             x_planes: planes(node.child_min_x, node.child_max_x),
             y_planes: planes(node.child_min_y, node.child_max_y),
             z_planes: planes(node.child_min_z, node.child_max_z),
@@ -64,24 +64,26 @@ mod tests {
     /// Least and greatest corner of a child.
     fn bounds(node: &BvhNode, child: usize) -> [Vec3; 2] {
         let byte = |planes: [u32; 4], at: usize| f32::from(planes[at / 4].to_le_bytes()[at % 4]);
-        let exponents = node.exponents.to_le_bytes();
+        let [origin @ .., exponents] = node.grid;
+        let exponents = exponents.to_le_bytes();
         let step = Vec3::from_array([0, 1, 2].map(|axis| f32::from_bits(u32::from(exponents[axis]) << 23)));
         [child, WIDTH + child].map(|at| {
             let steps = Vec3::new(byte(node.x_planes, at), byte(node.y_planes, at), byte(node.z_planes, at));
-            Vec3::from(node.origin) + step * steps
+            Vec3::from(origin.map(f32::from_bits)) + step * steps
         })
     }
 
     /// Counts the triangles below `index`, each of which must lie in the boxes of its leaf and of all nodes above.
     fn check(nodes: &[BvhNode], corners: &[[Vec3; 3]], index: u32, boxes: &mut Vec<[Vec3; 2]>, seen: &mut [u32]) {
         let node = &nodes[index as usize];
-        let mut triangle = node.first_triangle as usize;
+        let [first_child, first_triangle, children, _] = node.links;
+        let mut triangle = first_triangle as usize;
         for child in 0..WIDTH {
             boxes.push(bounds(node, child));
-            if node.children >> (24 + child) & 1 == 1 {
-                check(nodes, corners, node.first_child + child as u32, boxes, seen);
+            if children >> (24 + child) & 1 == 1 {
+                check(nodes, corners, first_child + child as u32, boxes, seen);
             }
-            for _ in 0..((node.children & 0x00ff_ffff) >> (LEAF_TRIANGLES * child) & 0b111).count_ones() {
+            for _ in 0..((children & 0x00ff_ffff) >> (LEAF_TRIANGLES * child) & 0b111).count_ones() {
                 seen[triangle] += 1;
                 for corner in corners[triangle] {
                     // The grid's planes are computed here in f32, and rounded by at most an ulp of the scene's metres.

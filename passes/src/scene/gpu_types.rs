@@ -17,18 +17,12 @@ pub const MATERIAL_TWO_SIDED: u32 = 2;
 shader_struct! {
     /// A node of the hierarchy, its children's boxes on a grid of 8 bits (80 bytes).
     pub struct BvhNode {
-        /// Least corner of the node, where the grid begins (m, world).
-        pub origin: [f32; 3],
-        /// The grid's steps in x, y and z (m), from the lowest byte up: the biased exponents of powers of two.
-        pub exponents: u32,
-        /// Index of the node that is child 0; other inner children follow.
-        pub first_child: u32,
-        /// Index of the first triangle in leaf order.
-        pub first_triangle: u32,
-        /// Bit 24 + c: child c is a node. Bits 3 c to 3 c + 2: as many triangles lie in child c.
-        pub children: u32,
-        /// Unused.
-        pub pad0: u32,
+        /// Least corner of the node, where the grid begins (m, world, bits of f32), and the grid's steps in x, y and z (m), from the
+        /// lowest byte up: the biased exponents of powers of two.
+        pub grid: [u32; 4],
+        /// Index of the node that is child 0, and other inner children follow; index of the first triangle in leaf order; bits of the
+        /// children, 24 + c: child c is a node, 3 c to 3 c + 2: as many triangles lie in child c; unused.
+        pub links: [u32; 4],
         /// Least x of the eight children, then their greatest, in steps of the grid, a byte each.
         pub x_planes: [u32; 4],
         /// The same of y.
