@@ -14,7 +14,7 @@ mod ledger;
 mod light_types;
 mod lights;
 mod plane;
-mod ray_query;
+mod ray_backends;
 mod references;
 mod refraction;
 mod roulette;
