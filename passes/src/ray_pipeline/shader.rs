@@ -55,7 +55,8 @@ impl Shader {
             let (module, info) = process_overrides(&module, &info, Some((stage, name)), &constants)
                 .map_err(|error| self.place(None, &chain(&error)))?;
             let entry = spv::PipelineOptions { shader_stage: stage, entry_point: name.to_owned() };
-            spv::write_vec(&module, &info, &options, Some(&entry)).map_err(|error| self.place(None, &chain(&error)))
+            let words = spv::write_vec(&module, &info, &options, Some(&entry));
+            words.map(drop_geometry).map_err(|error| self.place(None, &chain(&error)))
         };
         let [generation, miss, closest, any] = STAGES.map(stage);
         let mut any = any?;
@@ -101,6 +102,18 @@ fn instructions(words: &[u32]) -> impl Iterator<Item = Instruction<'_>> {
         at += length;
         Some(instruction)
     })
+}
+
+/// The module without the capability of geometry shaders, which naga declares for an index of a primitive in any stage, and which
+/// the stages of ray tracing do not need.
+fn drop_geometry(mut words: Vec<u32>) -> Vec<u32> {
+    const OP_CAPABILITY: u16 = 17;
+    const GEOMETRY: u32 = 2;
+    let at = instructions(&words).find(|i| i.opcode == OP_CAPABILITY && i.operands == [GEOMETRY]).map(|i| i.at);
+    if let Some(at) = at {
+        words.drain(at..at + 2);
+    }
+    words
 }
 
 /// Ends the function [`IGNORE`] by `OpIgnoreIntersectionKHR` in place of its `OpReturn`: both end a block, and both are one word.

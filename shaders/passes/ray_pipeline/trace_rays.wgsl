@@ -5,7 +5,6 @@
 enable wgpu_ray_tracing_pipeline;
 enable primitive_index;
 #import "shared/hit.wgsl"
-#import "shared/photon_path.wgsl"
 #import "shared/rays.wgsl"
 
 @group(0) @binding(0) var<storage, read> live: LivePaths;

@@ -15,6 +15,7 @@ mod light_types;
 mod lights;
 mod plane;
 mod ray_backends;
+mod ray_validation;
 mod references;
 mod refraction;
 mod roulette;

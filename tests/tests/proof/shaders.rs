@@ -81,8 +81,7 @@ fn every_shader_that_traces_has_a_version_with_ray_queries() {
     let known = |wanted: &str| lightloom_shaders::FILES.iter().any(|(path, _)| *path == wanted);
     let mut traced = 0;
     for (path, _) in lightloom_shaders::FILES {
-        let Some((folder, file)) =
-            path.rsplit_once('/').filter(|(folder, _)| *folder != "shared" && !folder.contains("/ray_"))
+        let Some((folder, file)) = path.rsplit_once('/').filter(|(folder, _)| *folder != "shared" && !folder.contains("/ray_"))
         else {
             continue;
         };
