@@ -480,6 +480,10 @@ fn graph_draws_without_an_adapter_and_says_that_there_are_no_times() {
     }
     let queried = without_adapter(&place, &format!("{line} --trace ray-query --format frame"));
     assert!(String::from_utf8_lossy(&queried.stdout).contains("\"ray_query_scene\""), "{queried:?}");
+    if RayBackend::Pipeline.is_built() {
+        let pipelined = without_adapter(&place, &format!("{line} --trace ray-pipeline --format frame"));
+        assert!(String::from_utf8_lossy(&pipelined.stdout).contains("\"closure\""), "{pipelined:?}");
+    }
     let trace = without_adapter(&place, &format!("{line} --format trace"));
     assert_eq!(trace.status.code(), Some(1), "a trace of nothing");
 }

@@ -1,4 +1,6 @@
-//! Any list of rays against the scene, for engines that bring rays of their own and for measuring the traversal.
+//! Any list of rays against the scene: those of the photons, those that engines bring, and those by which the traversal is measured.
+//!
+//! It is the one pass that knows all of [`RayBackend`](crate::RayBackend): the two versions of its kernel, and a pipeline.
 
 use crate::photon_path::PathBuffers;
 use crate::ray_pipeline::{PipelinedTraceRays, Rays};

@@ -4,6 +4,7 @@ use crate::scene::SceneTraits;
 use lightloom_graph::wgpu::naga::{
     self, ShaderStage,
     back::{PipelineConstants, pipeline_constants::process_overrides, spv},
+    proc::{BoundsCheckPolicies, BoundsCheckPolicy},
     valid::{Capabilities, ValidationFlags, Validator},
 };
 use lightloom_graph::{FlatWgsl, ShaderError, WgslSources};
@@ -43,8 +44,11 @@ impl Shader {
             .map_err(|error| self.place(error.location(source), &chain(error.as_inner())))?;
         let constants: PipelineConstants =
             traits.constants().into_iter().map(|(name, value)| (name.to_owned(), f64::from(value))).collect();
+        // Whoever adds the pass may say that there are more rays than the buffer holds. Texels are looked up where the scene says.
+        let inside = BoundsCheckPolicy::Restrict;
         // Ray tracing needs SPIR-V 1.4; the names are how `IGNORE` is found again.
         let options = spv::Options {
+            bounds_check_policies: BoundsCheckPolicies { index: inside, buffer: inside, ..BoundsCheckPolicies::default() },
             lang_version: (1, 4),
             flags: spv::WriterFlags::DEBUG,
             binding_map: bindings.clone(),
@@ -157,6 +161,7 @@ mod tests {
         for words in compile(true) {
             let last = instructions(&words).last().unwrap();
             assert_eq!(last.at + 1 + last.operands.len(), words.len(), "the last instruction ends the module");
+            assert!(!instructions(&words).any(|i| i.opcode == 17 && i.operands == [2]), "no geometry shaders are needed");
         }
     }
 

@@ -154,9 +154,12 @@ impl GpuScene {
     /// pipelines each take an acceleration structure, which is built the first time they are asked for.
     ///
     /// # Errors
-    /// [`SceneError::Rays`] where the device was opened without what `backend` needs, [`SceneError::DeviceLimit`] for more triangles
+    /// [`SceneError::Rays`] where this build has no `backend` or the device was opened without what it needs, [`SceneError::DeviceLimit`] for more triangles
     /// than its structures hold.
     pub fn with_rays(mut self, backend: RayBackend) -> Result<Self, SceneError> {
+        if !backend.is_built() {
+            return Err(SceneError::Rays(RayBackendError::NotBuilt { backend }));
+        }
         if backend == RayBackend::RayQuery && self.acceleration.is_none() {
             self.accelerate()?;
         }

@@ -54,6 +54,8 @@ fn the_layer_has_nothing_to_say_about_pipelines() {
         .env("VK_LAYER_PATH", &folder)
         .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")
         .env("VK_LAYER_VALIDATE_SYNC", "1")
+        // Without it the layer looks at copies and builds, and at no buffer that a shader writes.
+        .env("VK_LAYER_SYNCVAL_SHADER_ACCESSES_HEURISTIC", "1")
         .env("VK_LOADER_DEBUG", "layer")
         .output()
         .unwrap();

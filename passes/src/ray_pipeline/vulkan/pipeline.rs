@@ -10,7 +10,7 @@ use lightloom_graph::wgpu::{
 };
 use std::sync::Arc;
 
-/// Rays in a row: any number of rays is a few rows, and no device has room for fewer in one.
+/// Rays in a row. Vulkan promises room for 128 times as many, which a list may exceed.
 const ROW: u32 = 1 << 16;
 
 /// The pipeline for scenes of some traits.
@@ -111,7 +111,7 @@ fn pipeline(
 ) -> Result<Owned<hal::vulkan::RayTracingPipeline>, String> {
     let mut modules = Vec::with_capacity(spirv.len());
     for words in spirv {
-        // The text is checked where it is compiled, and the shaders index by nothing that is not in range.
+        // The checks of SPIR-V are those that `shader` had it written with.
         let desc =
             hal::ShaderModuleDescriptor { label: Some("trace_rays"), runtime_checks: wgpu::ShaderRuntimeChecks::default() };
         // SAFETY: naga has validated the shaders.
