@@ -3,7 +3,7 @@
 //! It is the one pass that knows all of [`RayBackend`](crate::RayBackend): the two versions of its kernel, and a pipeline.
 
 use crate::photon_path::PathBuffers;
-use crate::ray_pipeline::{PipelinedTraceRays, Rays};
+use crate::ray_pipeline::{PipelinedTraceRays, RayList};
 use crate::scene::SceneHandles;
 use crate::scene_shader::SceneShader;
 use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources, shader_struct};
@@ -67,7 +67,8 @@ impl TraceRays {
     pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, rays: &Handle<Buffer>, count: u32) -> Handle<Buffer> {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(count)));
         if let (Some(pipelined), Some(structure)) = (&self.pipelined, &scene.ray_pipeline_scene) {
-            pipelined.add(graph, scene, structure, &Rays { rays, live: None, places: count, heavy: true }, &mut hits);
+            let list = RayList { rays, live: None, places: count, heavy: true };
+            pipelined.add(graph, scene, structure, &list, &mut hits);
             return hits;
         }
         scene
@@ -90,8 +91,8 @@ impl TraceRays {
     ) -> Handle<Buffer> {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(places)));
         if let (Some(pipelined), Some(structure)) = (&self.pipelined, &scene.ray_pipeline_scene) {
-            let rays = Rays { rays: &paths.rays, live: Some(&paths.live), places, heavy };
-            pipelined.add(graph, scene, structure, &rays, &mut hits);
+            let list = RayList { rays: &paths.rays, live: Some(&paths.live), places, heavy };
+            pipelined.add(graph, scene, structure, &list, &mut hits);
             return hits;
         }
         let params = TraceRaysParams { count: places, pad0: 0, pad1: 0, pad2: 0 };

@@ -1,22 +1,12 @@
 //! In place of the pipelines where they are not built. There are none, so nothing here is ever called.
 
-use super::{RayPipelineScene, SceneParts};
+use super::{RayList, RayPipelineScene, SceneParts};
 use crate::scene::SceneHandles;
 use lightloom_graph::{Buffer, Graph, Handle, ShaderError, WgslSources, wgpu};
 use std::sync::Arc;
 
 /// Whether this build has ray-tracing pipelines.
 pub(crate) const AVAILABLE: bool = false;
-
-/// See `trace.rs`.
-#[derive(Debug)]
-#[expect(dead_code, reason = "nobody reads them here")]
-pub(crate) struct Rays<'a> {
-    pub(crate) rays: &'a Handle<Buffer>,
-    pub(crate) live: Option<&'a Handle<Buffer>>,
-    pub(crate) places: u32,
-    pub(crate) heavy: bool,
-}
 
 /// See `trace.rs`.
 #[derive(Clone, Debug)]
@@ -33,7 +23,7 @@ impl PipelinedTraceRays {
         _graph: &mut Graph<'_>,
         _scene: &SceneHandles,
         _structure: &RayPipelineScene,
-        _rays: &Rays<'_>,
+        _list: &RayList<'_>,
         _hits: &mut Handle<Buffer>,
     ) {
         match *self {}

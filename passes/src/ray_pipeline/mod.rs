@@ -39,15 +39,30 @@ mod trace;
 #[cfg(not(all(feature = "ray-pipeline", any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))))]
 use trace as vulkan;
 
-pub(crate) use trace::{AVAILABLE, PipelinedTraceRays, Rays};
+pub(crate) use trace::{AVAILABLE, PipelinedTraceRays};
 pub(crate) use vulkan::{Structure, most_triangles};
 
-use lightloom_graph::wgpu;
+use lightloom_graph::{Buffer, Handle, wgpu};
 use std::sync::Arc;
 
 /// What ray-tracing pipelines search of a scene: nothing yet, where the scene is described only.
 #[derive(Clone, Debug)]
+#[allow(dead_code, reason = "never read where there are no pipelines")]
 pub struct RayPipelineScene(pub(crate) Option<Arc<Structure>>);
+
+/// The rays of a pass.
+#[derive(Debug)]
+#[allow(dead_code, reason = "never read where there are no pipelines")]
+pub(crate) struct RayList<'a> {
+    /// [`Ray`](crate::Ray)s.
+    pub(crate) rays: &'a Handle<Buffer>,
+    /// One [`LivePaths`](crate::LivePaths): how many there are. `None`: as many as there are places.
+    pub(crate) live: Option<&'a Handle<Buffer>>,
+    /// Rays at most.
+    pub(crate) places: u32,
+    /// Submit the pass by itself.
+    pub(crate) heavy: bool,
+}
 
 /// The resources of a scene that the shaders read, and that the structure is built from.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! The pass over a list of rays.
 
-use super::RayPipelineScene;
 use super::shader::{PATH, Shader};
 use super::vulkan::{Batch, Pipeline, Structure};
+use super::{RayList, RayPipelineScene};
 use crate::LivePaths;
 use crate::scene::{SceneHandles, SceneTraits};
 use lightloom_graph::wgpu::util::{BufferInitDescriptor, DeviceExt as _};
@@ -14,22 +14,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Whether this build has ray-tracing pipelines.
 pub(crate) const AVAILABLE: bool = true;
 
-/// The rays of a pass.
-#[derive(Debug)]
-pub(crate) struct Rays<'a> {
-    pub(crate) rays: &'a Handle<Buffer>,
-    /// How many there are, on the GPU; `None`: as many as there are places.
-    pub(crate) live: Option<&'a Handle<Buffer>>,
-    pub(crate) places: u32,
-    /// Submit the pass by itself.
-    pub(crate) heavy: bool,
-}
+type Pipelines = HashMap<(wgpu::Device, SceneTraits), Arc<Pipeline>>;
 
 /// The pass. Reads: scene, rays, live count. Writes: hits. An invocation per place.
 #[derive(Clone, Debug)]
 pub(crate) struct PipelinedTraceRays {
     shader: Shader,
-    pipelines: Arc<Mutex<HashMap<(wgpu::Device, SceneTraits), Arc<Pipeline>>>>,
+    pipelines: Arc<Mutex<Pipelines>>,
 }
 
 impl PipelinedTraceRays {
@@ -41,29 +32,29 @@ impl PipelinedTraceRays {
         Ok(Some(Self { shader: Shader::new(sources)?, pipelines: Arc::default() }))
     }
 
-    /// Declares the pass. `hits` has as many places as `rays`.
+    /// Declares the pass. `hits` has as many places as `list`.
     pub(crate) fn add(
         &self,
         graph: &mut Graph<'_>,
         scene: &SceneHandles,
         structure: &RayPipelineScene,
-        rays: &Rays<'_>,
+        list: &RayList<'_>,
         hits: &mut Handle<Buffer>,
     ) {
         let name = |handle: &Handle<Buffer>| handle.name().to_owned();
-        let names = (name(rays.rays), rays.live.map(name), name(hits));
-        let (this, structure, traits, places) = (self.clone(), structure.0.clone(), scene.traits, rays.places);
+        let names = (name(list.rays), list.live.map(name), name(hits));
+        let (this, structure, traits, places) = (self.clone(), structure.0.clone(), scene.traits, list.places);
         let mut pass = graph
             .closure("trace_rays")
             .read_as(&scene.bvh_triangles, BufferUsages::STORAGE)
             .read_as(&scene.triangles, BufferUsages::STORAGE)
             .read_as(&scene.materials, BufferUsages::STORAGE)
             .read_as(&scene.texels, TextureUsages::TEXTURE_BINDING)
-            .read_as(rays.rays, BufferUsages::STORAGE);
-        if let Some(live) = rays.live {
+            .read_as(list.rays, BufferUsages::STORAGE);
+        if let Some(live) = list.live {
             pass = pass.read_as(live, BufferUsages::STORAGE);
         }
-        if rays.heavy {
+        if list.heavy {
             pass = pass.heavy();
         }
         pass.write_as(hits, BufferUsages::STORAGE | BufferUsages::COPY_DST).record(move |context| {

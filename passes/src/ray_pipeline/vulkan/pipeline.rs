@@ -16,7 +16,7 @@ const ROW: u32 = 1 << 16;
 /// The pipeline for scenes of some traits.
 #[derive(Debug)]
 pub(crate) struct Pipeline {
-    pipeline: Owned<hal::vulkan::RayTracingPipeline>,
+    shaders: Owned<hal::vulkan::RayTracingPipeline>,
     layout: Owned<hal::vulkan::PipelineLayout>,
     rays_layout: Owned<hal::vulkan::BindGroupLayout>,
     _scene_layout: Owned<hal::vulkan::BindGroupLayout>,
@@ -52,9 +52,9 @@ impl Pipeline {
         // SAFETY: the groups' layouts are of this device.
         let make = |hal: &hal::vulkan::Device| unsafe { hal.create_pipeline_layout(&desc) };
         let layout = vulkan.make("pipeline layout", hal::vulkan::Device::destroy_pipeline_layout, make)?;
-        let pipeline = pipeline(&vulkan, &layout, spirv, any_hit)?;
-        let (table, groups, stride) = table(&vulkan, &pipeline)?;
-        Ok(Arc::new(Self { pipeline, layout, rays_layout, _scene_layout: scene_layout, table, groups, stride, vulkan }))
+        let shaders = shaders(&vulkan, &layout, spirv, any_hit)?;
+        let (table, groups, stride) = table(&vulkan, &shaders)?;
+        Ok(Arc::new(Self { shaders, layout, rays_layout, _scene_layout: scene_layout, table, groups, stride, vulkan }))
     }
 
     /// The commands that trace `batch` in `scene`, with the barriers before and behind. The buffers have the use of storage and
@@ -72,7 +72,7 @@ impl Pipeline {
             unsafe {
                 self.vulkan.barrier(commands, all, traces);
                 commands.begin_ray_tracing_pass(&hal::RayTracingPassDescriptor { label: Some("trace_rays") });
-                commands.set_ray_tracing_pipeline(&self.pipeline);
+                commands.set_ray_tracing_pipeline(&self.shaders);
                 commands.set_bind_group(&self.layout, 0, &group, &[]);
                 commands.set_bind_group(&self.layout, 1, &scene.group, &[]);
                 commands.trace_rays(extent, generation, miss, hit);
@@ -103,7 +103,7 @@ impl Pipeline {
     }
 }
 
-fn pipeline(
+fn shaders(
     vulkan: &Vulkan,
     layout: &hal::vulkan::PipelineLayout,
     spirv: &[Vec<u32>; 4],
@@ -144,19 +144,19 @@ fn pipeline(
 }
 
 /// The shader binding table: ray generation, miss and hit, each where a table may begin; the places and the bytes of one.
-fn table(vulkan: &Vulkan, pipeline: &hal::vulkan::RayTracingPipeline) -> Result<(Owned<Buffer>, [u64; 3], u64), String> {
+fn table(vulkan: &Vulkan, shaders: &hal::vulkan::RayTracingPipeline) -> Result<(Owned<Buffer>, [u64; 3], u64), String> {
     let stride = vulkan.group_bytes.next_multiple_of(vulkan.group_alignment);
     let apart = stride.next_multiple_of(vulkan.table_alignment);
     let uses = BufferUses::MAP_WRITE | BufferUses::RAY_TRACING_PIPELINE_SHADER_DATA;
     // Memory may begin anywhere, and hal does not say where a buffer wants to begin.
     let table = vulkan.buffer("trace_rays_table", 4 * apart, uses)?;
-    // SAFETY: nothing is destroyed through the guard; table and pipeline are of this device, which has buffer addresses, as hal
+    // SAFETY: nothing is destroyed through the guard; table and shaders are of this device, which has buffer addresses, as hal
     // enables their extension with ray tracing, and the table has the use for it.
     let (address, handles) = unsafe {
         let hal = vulkan.device.as_hal::<super::Api>().ok_or("the device is not Vulkan's")?;
         let functions = ash::khr::buffer_device_address::Device::new(hal.shared_instance().raw_instance(), hal.raw_device());
         let info = vk::BufferDeviceAddressInfo::default().buffer(table.raw_handle());
-        let handles = hal.get_raytracing_pipeline_group_data(pipeline, 0..3).map_err(|error| error.to_string())?;
+        let handles = hal.get_raytracing_pipeline_group_data(shaders, 0..3).map_err(|error| error.to_string())?;
         (functions.get_buffer_device_address(&info), handles)
     };
     let first = address.next_multiple_of(vulkan.table_alignment) - address;
