@@ -38,7 +38,7 @@ pub enum RayBackend {
 pub enum RayBackendError {
     /// This build has no code for it.
     #[error(
-        "this build has no {}: build with the feature `{}`, or trace by `bvh`, which every build and adapter can",
+        "this build has no {}: build for Linux or Windows with the feature `{}`, or trace by `bvh`, which every build and adapter can",
         backend.words(), backend.name()
     )]
     NotBuilt {
@@ -127,8 +127,8 @@ impl RayBackend {
     /// The backend that was asked for, or the best one of those that `gpu` has.
     ///
     /// Ray queries are best where hardware runs them: every pass takes them. Next come pipelines, for passes over lists of rays. A
-    /// software adapter's are not better than the hierarchy: lavapipe 25.0.7 takes five to seven times as long by ray queries
-    /// (`cargo bench -p lightloom-passes --bench traversal`).
+    /// software adapter's are not better than the hierarchy: lavapipe 25.0.7 takes four to seven times as long by either
+    /// (`cargo bench -p lightloom-passes --features ray-pipeline --bench traversal`).
     ///
     /// # Errors
     /// [`RayBackendError`] for what this build or the adapter has not, or that the device was opened without.

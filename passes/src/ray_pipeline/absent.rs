@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Whether this build has ray-tracing pipelines.
 pub(crate) const AVAILABLE: bool = false;
 
-/// See `trace.rs`.
+/// See `built/mod.rs`.
 #[derive(Clone, Debug)]
 pub(crate) enum PipelinedTraceRays {}
 
@@ -30,7 +30,7 @@ impl PipelinedTraceRays {
     }
 }
 
-/// See `vulkan/structure.rs`.
+/// See `built/vulkan/structure.rs`.
 #[derive(Debug)]
 pub(crate) enum Structure {}
 
@@ -48,7 +48,7 @@ impl Structure {
     }
 }
 
-/// See `vulkan/mod.rs`.
+/// See `built/vulkan/mod.rs`.
 pub(crate) fn most_triangles(_device: &wgpu::Device) -> Option<u64> {
     None
 }

@@ -21,26 +21,18 @@
 //! that submission holds it until then.
 //!
 //! **Alpha.** WGSL has no word by which an any-hit shader lets a ray pass, and tracing again from behind each hit would miss what
-//! coincides with it. So an empty function of the shader is replaced in the SPIR-V by the instruction that does; see `shader`.
+//! coincides with it. So an empty function of the shader is replaced in the SPIR-V by the instruction that does; see `built/shader.rs`.
 //!
 //! Only [`TraceRays`](crate::TraceRays) goes this way, and with it every photon's path. Kernels that trace and shade in one, such
 //! as the path tracer, traverse the hierarchy: as pipelines each would have to be cut at every ray.
 
 #[cfg(all(feature = "ray-pipeline", any(windows, target_os = "linux", target_os = "android", target_os = "freebsd")))]
-mod shader;
-#[cfg(all(feature = "ray-pipeline", any(windows, target_os = "linux", target_os = "android", target_os = "freebsd")))]
-mod trace;
-#[cfg(all(feature = "ray-pipeline", any(windows, target_os = "linux", target_os = "android", target_os = "freebsd")))]
-mod vulkan;
-
+mod built;
 #[cfg(not(all(feature = "ray-pipeline", any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))))]
 #[path = "absent.rs"]
-mod trace;
-#[cfg(not(all(feature = "ray-pipeline", any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))))]
-use trace as vulkan;
+mod built;
 
-pub(crate) use trace::{AVAILABLE, PipelinedTraceRays};
-pub(crate) use vulkan::{Structure, most_triangles};
+pub(crate) use built::{AVAILABLE, PipelinedTraceRays, Structure, most_triangles};
 
 use lightloom_graph::{Buffer, Handle, wgpu};
 use std::sync::Arc;

@@ -1,15 +1,20 @@
 //! The pass over a list of rays.
 
-use super::shader::{PATH, Shader};
-use super::vulkan::{Batch, Pipeline, Structure};
+mod shader;
+mod vulkan;
+
+pub(crate) use vulkan::{Structure, most_triangles};
+
 use super::{RayList, RayPipelineScene};
 use crate::LivePaths;
 use crate::scene::{SceneHandles, SceneTraits};
 use lightloom_graph::wgpu::util::{BufferInitDescriptor, DeviceExt as _};
 use lightloom_graph::wgpu::{self, BufferUsages, BufferUses, TextureUsages, TextureUses};
 use lightloom_graph::{Buffer, ClosureContext, Graph, Handle, ShaderError, WgslSources, bytemuck};
+use shader::{PATH, Shader};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use vulkan::{Batch, Pipeline};
 
 /// Whether this build has ray-tracing pipelines.
 pub(crate) const AVAILABLE: bool = true;
@@ -99,7 +104,7 @@ impl PipelinedTraceRays {
         if let Some(found) = pipelines.get(&key) {
             return Ok(Arc::clone(found));
         }
-        let spirv = self.shader.compile(traits, &super::vulkan::bindings())?;
+        let spirv = self.shader.compile(traits, &vulkan::bindings())?;
         let made = Pipeline::new(device, &spirv, traits.alpha)?;
         pipelines.insert(key, Arc::clone(&made));
         Ok(made)

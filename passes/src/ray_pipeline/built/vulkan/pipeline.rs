@@ -1,7 +1,7 @@
 //! The pipeline, its shader binding table, and the command that traces.
 
+use super::super::shader::STAGES;
 use super::{Buffer, Owned, Structure, Vulkan, alias, layout, ray_entries, scene_entries, whole};
-use crate::ray_pipeline::shader::STAGES;
 use ash::vk;
 use lightloom_graph::wgpu::{
     self, BufferUses, hal,
