@@ -9,8 +9,9 @@ need_rust
 need_cxx
 need_vulkan
 
-# The graph's opt-in placement in shared Vulkan memory is built for the tests, which skip it where a device cannot.
-features=(--features lightloom-graph/placement)
+# What is opt-in, the graph's placement in shared Vulkan memory and ray-tracing pipelines, is built for the tests, which skip it
+# where a device cannot.
+features=(--features lightloom-graph/placement,lightloom-passes/ray-pipeline)
 
 if cargo nextest --version >/dev/null 2>&1; then
   cargo nextest run --locked --workspace "${features[@]}" "$@"

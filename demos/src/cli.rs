@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lightloom_passes::{PhotonStore, RayBackend, Rsm};
+use lightloom_passes::{PhotonStore, RayBackend, RayBackendError, Rsm};
 
 use crate::Error;
 use crate::values::{
@@ -121,8 +121,9 @@ pub(crate) struct SceneArgs {
     /// Filtering of the estimate over neighbouring pixels; `on` is not in this release
     #[arg(long, value_enum, default_value_t)]
     pub(crate) filter: Switch,
-    /// How rays find surfaces: `bvh`, a hierarchy in WGSL, on every adapter; `ray-query`, where the adapter has ray queries; `auto`
-    /// takes ray queries where hardware runs them. `pipeline` is not in this release
+    /// How rays find surfaces: `bvh`, a hierarchy in WGSL, on every adapter; `ray-query`, where the adapter has ray queries;
+    /// `ray-pipeline`, photons by ray-tracing pipelines and other rays by `bvh`, on Vulkan, in builds with the feature of that name;
+    /// `auto` takes what hardware runs, the first of `ray-query`, `ray-pipeline` and `bvh`
     #[arg(long, value_enum, default_value_t)]
     pub(crate) trace: Trace,
     /// How photons leave points, spots and directional lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each
@@ -189,20 +190,24 @@ pub(crate) enum Trace {
     Auto,
     Bvh,
     RayQuery,
-    Pipeline,
+    RayPipeline,
 }
 
 impl Trace {
     /// The backend that was asked for; `None`: the best one.
     pub(crate) fn requested(self) -> Result<Option<RayBackend>, Error> {
-        match self {
-            Self::Auto => Ok(None),
-            Self::Bvh => Ok(Some(RayBackend::Bvh)),
-            Self::RayQuery => Ok(Some(RayBackend::RayQuery)),
-            Self::Pipeline => Err(Error::Unavailable(
-                "--trace pipeline is not available: wgpu has no ray-tracing pipelines yet; take `bvh`, `ray-query` or `auto`"
-                    .to_owned(),
-            )),
+        let requested = match self {
+            Self::Auto => None,
+            Self::Bvh => Some(RayBackend::Bvh),
+            Self::RayQuery => Some(RayBackend::RayQuery),
+            Self::RayPipeline => Some(RayBackend::Pipeline),
+        };
+        match requested.filter(|backend| !backend.is_built()) {
+            Some(backend) => {
+                let error = RayBackendError::NotBuilt { backend };
+                Err(Error::Unavailable(format!("--trace {}: {error}", backend.name())))
+            }
+            None => Ok(requested),
         }
     }
 }

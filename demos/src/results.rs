@@ -9,7 +9,7 @@ pub struct Results {
     pub scene: String,
     /// The adapter's name.
     pub adapter: String,
-    /// What traced rays: `bvh` or `ray-query`; empty in files from before there was a choice.
+    /// What traced rays: `bvh`, `ray-query` or `ray-pipeline`; empty in files from before there was a choice.
     #[serde(default)]
     pub trace: String,
     /// Width and height (pixels).

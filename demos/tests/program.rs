@@ -2,6 +2,7 @@
 //!
 //! Wrong input is told before a device is opened, so these tests need none; those that render say so.
 
+use lightloom_passes::RayBackend;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -144,7 +145,9 @@ fn what_this_release_lacks_is_said() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";
     place.refuses(&format!("{line} --filter on"), 2, &["filter", "off"]);
-    place.refuses(&format!("{line} --trace pipeline"), 1, &["pipeline", "bvh"]);
+    if !RayBackend::Pipeline.is_built() {
+        place.refuses(&format!("{line} --trace ray-pipeline"), 1, &["--trace ray-pipeline", "feature `ray-pipeline`", "`bvh`"]);
+    }
 }
 
 #[test]
@@ -341,19 +344,21 @@ fn rays_are_traced_as_asked_and_it_is_said_how() {
         lightloom::read_exr(&place.path(&format!("{trace}.exr"))).expect("an image")
     };
     let bvh = rendered("bvh", &["bvh"]);
-    rendered("auto", &["bvh", "ray-query"]);
-    let has = lightloom_graph::adapters().iter().all(|adapter| adapter.features.contains(RAY_QUERY));
-    if !has {
-        place.refuses(&format!("{line} --trace ray-query -o a.exr"), 1, &["--trace ray-query", "adapter", "`bvh`"]);
-        return;
+    rendered("auto", &RayBackend::ALL.map(RayBackend::name));
+    for backend in [RayBackend::RayQuery, RayBackend::Pipeline].into_iter().filter(|backend| backend.is_built()) {
+        let name = backend.name();
+        if !lightloom_graph::adapters().iter().all(|adapter| adapter.features.contains(backend.features())) {
+            place.refuses(&format!("{line} --trace {name} -o a.exr"), 1, &[&format!("--trace {name}"), "adapter", "`bvh`"]);
+            continue;
+        }
+        let traced = rendered(name, &[name]);
+        // The same triangles, so the same photons, unless a ray meets an edge.
+        let apart = bvh.pixels().iter().zip(traced.pixels()).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count();
+        assert!(apart * 20 < bvh.pixels().len(), "{name}: {apart} pixels differ");
+        place.does(&format!("compare builtin:cornell --strategies exact --size 24x16 --photons 5k --trace {name} -o out"));
+        let results = std::fs::read_to_string(place.path("out/results.json")).expect("the results");
+        assert!(results.contains(&format!("\"trace\": \"{name}\"")), "{results}");
     }
-    let query = rendered("ray-query", &["ray-query"]);
-    // The same triangles, so the same photons, unless a ray meets an edge.
-    let apart = bvh.pixels().iter().zip(query.pixels()).filter(|(a, b)| a.map(f32::to_bits) != b.map(f32::to_bits)).count();
-    assert!(apart * 20 < bvh.pixels().len(), "{apart} pixels differ");
-    place.does("compare builtin:cornell --strategies exact --size 24x16 --photons 5k --trace ray-query -o out");
-    let results = std::fs::read_to_string(place.path("out/results.json")).expect("the results");
-    assert!(results.contains("\"trace\": \"ray-query\""), "{results}");
 }
 
 #[test]
@@ -375,8 +380,6 @@ fn photons_leave_and_lie_as_asked_and_it_is_said_how() {
     assert!(row["photons"]["capacity"].as_u64() >= row["photons"]["stored"].as_u64(), "{row}");
     assert!(row["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass["name"] == "rsm_map")), "{row}");
 }
-
-const RAY_QUERY: lightloom_graph::wgpu::Features = lightloom_graph::wgpu::Features::EXPERIMENTAL_RAY_QUERY;
 
 #[test]
 fn layers_add_up() {
@@ -417,7 +420,10 @@ fn compare_writes_results_and_report() {
     let results: serde_json::Value = serde_json::from_slice(&file).unwrap();
     assert_eq!(results, serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap());
     assert_eq!(results["size"], serde_json::json!([24, 16]));
-    assert!(results["trace"].as_str().is_some_and(|trace| ["bvh", "ray-query"].contains(&trace)), "{results}");
+    assert!(
+        results["trace"].as_str().is_some_and(|trace| RayBackend::ALL.iter().any(|backend| backend.name() == trace)),
+        "{results}"
+    );
     let rows = results["strategies"].as_array().unwrap();
     assert_eq!(rows.len(), 2);
     // The same photons for both.
@@ -474,6 +480,10 @@ fn graph_draws_without_an_adapter_and_says_that_there_are_no_times() {
     }
     let queried = without_adapter(&place, &format!("{line} --trace ray-query --format frame"));
     assert!(String::from_utf8_lossy(&queried.stdout).contains("\"ray_query_scene\""), "{queried:?}");
+    if RayBackend::Pipeline.is_built() {
+        let pipelined = without_adapter(&place, &format!("{line} --trace ray-pipeline --format frame"));
+        assert!(String::from_utf8_lossy(&pipelined.stdout).contains("\"closure\""), "{pipelined:?}");
+    }
     let trace = without_adapter(&place, &format!("{line} --format trace"));
     assert_eq!(trace.status.code(), Some(1), "a trace of nothing");
 }

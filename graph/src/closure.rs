@@ -19,6 +19,9 @@ pub struct ClosureContext<'a> {
     pub(crate) device: &'a wgpu::Device,
     pub(crate) queue: &'a wgpu::Queue,
     pub(crate) encoder: &'a mut wgpu::CommandEncoder,
+    /// Command buffers that go before what the encoder holds now.
+    pub(crate) before: Vec<wgpu::CommandBuffer>,
+    pub(crate) label: &'a str,
     pub(crate) buffers: Vec<(&'a str, &'a wgpu::Buffer)>,
     pub(crate) textures: Vec<(&'a str, &'a wgpu::Texture)>,
     pub(crate) structures: Vec<(&'a str, &'a wgpu::Tlas)>,
@@ -40,6 +43,17 @@ impl ClosureContext<'_> {
     /// other usages than an attachment's must not be discarded.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
         self.encoder
+    }
+
+    /// Puts `commands` between what the pass has recorded so far and what it records from now on, which goes into a new
+    /// encoder: for commands that were recorded below wgpu's interface, which may not share an encoder with others. wgpu
+    /// knows nothing of what those do, so barriers and resource states before and behind them are the pass's own affair.
+    pub fn insert(&mut self, commands: wgpu::CommandBuffer) {
+        let label = Some(self.label);
+        let next = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+        self.encoder.pop_debug_group();
+        self.before.extend([std::mem::replace(self.encoder, next).finish(), commands]);
+        self.encoder.push_debug_group(self.label);
     }
 
     /// The buffer behind the handle of that name, if the pass declared it.

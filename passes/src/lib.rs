@@ -9,6 +9,11 @@
 //! A pass knows no strategy. Each is one Rust file and one WGSL file of the same name; `new` parses its shader (no device
 //! needed), `add` declares it in a [`Graph`](lightloom_graph::Graph) and runs nothing.
 //!
+//! # Features
+//!
+//! - `ray-pipeline`: [`RayBackend::Pipeline`], rays by ray-tracing pipelines on Vulkan, through wgpu's hal layer. It needs `unsafe`, which
+//!   is fenced in one folder. Without it, that backend is refused by an error.
+//!
 //! Units: positions in m, flux in W, radiance in W·m⁻²·sr⁻¹, linear Rec. 709 RGB. Images have their first row on top.
 
 mod accumulate;
@@ -29,6 +34,7 @@ mod photon_store;
 mod photon_trace;
 mod prefix_sum;
 mod ray_backend;
+mod ray_pipeline;
 mod rsm;
 pub mod scene;
 mod scene_bind;
@@ -53,6 +59,7 @@ pub use photon_store::{CompactPhoton, PhotonGrid, PhotonStore};
 pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
 pub use prefix_sum::PrefixSum;
 pub use ray_backend::{RayBackend, RayBackendError};
+pub use ray_pipeline::RayPipelineScene;
 pub use rsm::{Rsm, RsmMaps, RsmSource};
 pub use scene_shader::SceneShader;
 pub use specular_pixels::SpecularPixels;

@@ -21,7 +21,13 @@ macro_rules! bind {
 impl SceneHandles {
     /// What traces the scene's rays.
     pub fn rays(&self) -> RayBackend {
-        if self.ray_query_scene.is_some() { RayBackend::RayQuery } else { RayBackend::Bvh }
+        if self.ray_query_scene.is_some() {
+            RayBackend::RayQuery
+        } else if self.ray_pipeline_scene.is_some() {
+            RayBackend::Pipeline
+        } else {
+            RayBackend::Bvh
+        }
     }
 
     /// Binds what the shader uses of `shared/scene_bindings.wgsl` and `shared/ray_query.wgsl`.

@@ -1,6 +1,9 @@
-//! Any list of rays against the scene, for engines that bring rays of their own and for measuring the traversal.
+//! Any list of rays against the scene: those of the photons, those that engines bring, and those by which the traversal is measured.
+//!
+//! It is the one pass that knows all of [`RayBackend`](crate::RayBackend): the two versions of its kernel, and a pipeline.
 
 use crate::photon_path::PathBuffers;
+use crate::ray_pipeline::{PipelinedTraceRays, RayList};
 use crate::scene::SceneHandles;
 use crate::scene_shader::SceneShader;
 use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, ShaderError, WgslSources, shader_struct};
@@ -49,17 +52,25 @@ impl RayHit {
 #[derive(Clone, Debug)]
 pub struct TraceRays {
     shader: SceneShader,
+    /// `None`: not built, or the sources have no such shaders.
+    pipelined: Option<PipelinedTraceRays>,
 }
 
 impl TraceRays {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: SceneShader::new(sources, "passes/trace_rays.wgsl")? })
+        let shader = SceneShader::new(sources, "passes/trace_rays.wgsl")?;
+        Ok(Self { shader, pipelined: PipelinedTraceRays::new(sources)? })
     }
 
     /// Declares the pass over `count` [`Ray`]s. Returns as many [`RayHit`]s.
     pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, rays: &Handle<Buffer>, count: u32) -> Handle<Buffer> {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(count)));
+        if let (Some(pipelined), Some(structure)) = (&self.pipelined, &scene.ray_pipeline_scene) {
+            let list = RayList { rays, live: None, places: count, heavy: true };
+            pipelined.add(graph, scene, structure, &list, &mut hits);
+            return hits;
+        }
         scene
             .bind(graph.compute(&self.shader.variant(scene)).params(&TraceRaysParams { count, pad0: 0, pad1: 0, pad2: 0 }))
             .read("rays", rays)
@@ -79,6 +90,11 @@ impl TraceRays {
         heavy: bool,
     ) -> Handle<Buffer> {
         let mut hits = graph.buffer("ray_hits", BufferDesc::array_of::<RayHit>(u64::from(places)));
+        if let (Some(pipelined), Some(structure)) = (&self.pipelined, &scene.ray_pipeline_scene) {
+            let list = RayList { rays: &paths.rays, live: Some(&paths.live), places, heavy };
+            pipelined.add(graph, scene, structure, &list, &mut hits);
+            return hits;
+        }
         let params = TraceRaysParams { count: places, pad0: 0, pad1: 0, pad2: 0 };
         let pass = scene
             .bind(graph.compute(&self.shader.variant(scene)).params(&params))

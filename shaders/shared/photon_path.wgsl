@@ -22,14 +22,6 @@ struct PhotonPath {
     bounce_flags: u32,
 }
 
-// How many paths there are, as the arguments of a dispatch.
-struct LivePaths {
-    groups: u32,
-    one_y: u32,
-    one_z: u32,
-    count: u32,
-}
-
 // What the blocks of a batch add up to.
 struct PhotonTally {
     // 64-bit sums as in PhotonState.

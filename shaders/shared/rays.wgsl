@@ -1,4 +1,4 @@
-// Rays and what they met, as they lie in buffers.
+// Rays, how many there are, and what they met, as they lie in buffers.
 
 struct Ray {
     // World (m).
@@ -16,4 +16,12 @@ struct RayHit {
     triangle: u32,
     // Barycentric weights of the second and third corner.
     bary: vec2f,
+}
+
+// How many paths, each with its ray, there are: as the arguments of a dispatch.
+struct LivePaths {
+    groups: u32,
+    one_y: u32,
+    one_z: u32,
+    count: u32,
 }

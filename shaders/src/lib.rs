@@ -34,6 +34,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "passes/prefix_sum_apply.wgsl",
     "passes/prefix_sum_blocks.wgsl",
     "passes/prefix_sum_scan.wgsl",
+    "passes/ray_pipeline/trace_rays.wgsl",
     "passes/ray_query/direct.wgsl",
     "passes/ray_query/path_trace.wgsl",
     "passes/ray_query/photon_splat.wgsl",

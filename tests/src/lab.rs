@@ -116,12 +116,25 @@ impl Lab {
         Some(Self::on(Gpu::for_tests()?))
     }
 
-    /// As [`Self::open`], on an adapter that has ray queries.
+    /// As [`Self::open`], on an adapter that has what `backend` needs, and a device that has no more.
     ///
     /// # Panics
     /// As [`Self::open`].
-    pub fn open_with_ray_queries() -> Option<Self> {
-        Some(Self::on(Gpu::for_tests_with(RayBackend::RayQuery.features())?))
+    pub fn open_with(backend: RayBackend) -> Option<Self> {
+        if !backend.is_built() {
+            println!("SKIPPED: built without the feature `{}`", backend.name());
+            return None;
+        }
+        Some(Self::on(Gpu::for_tests_with(backend.features())?))
+    }
+
+    /// The lab once for each backend that traces by what the device has.
+    ///
+    /// # Panics
+    /// As [`Self::open`].
+    pub fn open_with_each() -> Vec<(Self, RayBackend)> {
+        let open = |backend| Some((Self::open_with(backend)?, backend));
+        [RayBackend::RayQuery, RayBackend::Pipeline].into_iter().filter_map(open).collect()
     }
 
     fn on(gpu: Gpu) -> Self {

@@ -56,8 +56,8 @@ fn describe(adapter: &AdapterSummary, strategies: &[Box<dyn Strategy>]) -> Strin
 
 /// What `--trace` can be.
 fn ray_backends(features: Features) -> Vec<&'static str> {
-    let has = |backend: &RayBackend| features.contains(backend.features());
-    [RayBackend::Bvh, RayBackend::RayQuery].iter().filter(|backend| has(backend)).map(|backend| backend.name()).collect()
+    let has = |backend: &RayBackend| backend.is_built() && features.contains(backend.features());
+    RayBackend::ALL.iter().filter(|backend| has(backend)).map(|backend| backend.name()).collect()
 }
 
 fn parameters(strategy: &dyn Strategy) -> String {

@@ -126,7 +126,7 @@ impl Recorder<'_> {
                 Item::Closure(closure) => {
                     self.plain(std::mem::take(&mut plain), &mut open, &mut recorded)?;
                     let encoder = open.get_or_insert_with(|| self.encoder());
-                    self.closure(closure, encoder)?;
+                    recorded.commands.extend(self.closure(closure, encoder)?);
                 }
                 Item::Commands(commands) => {
                     self.plain(std::mem::take(&mut plain), &mut open, &mut recorded)?;
@@ -269,7 +269,12 @@ impl Recorder<'_> {
         }
     }
 
-    fn closure(self, item: ClosureItem<'_, '_>, encoder: &mut wgpu::CommandEncoder) -> Result<(), GraphError> {
+    /// Records into `encoder`; gives the command buffers that go before what it holds in the end.
+    fn closure(
+        self,
+        item: ClosureItem<'_, '_>,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<Vec<wgpu::CommandBuffer>, GraphError> {
         if let Some(query) = &item.query {
             query.mark(encoder, false);
         }
@@ -285,14 +290,16 @@ impl Recorder<'_> {
             }
         }
         let (device, queue) = (&self.gate.device, &self.gate.queue);
-        let mut context = ClosureContext { device, queue, encoder, buffers, textures, structures };
+        let (label, before) = (&*item.decl.name, Vec::new());
+        let mut context = ClosureContext { device, queue, encoder, before, label, buffers, textures, structures };
         let at = || item.decl.place();
         (item.record.0)(&mut context).map_err(|message| GraphError::Closure { at: at(), message })?;
+        let before = context.before;
         encoder.pop_debug_group();
         if let Some(query) = &item.query {
             query.mark(encoder, true);
         }
-        Ok(())
+        Ok(before)
     }
 }
 

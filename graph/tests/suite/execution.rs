@@ -359,6 +359,29 @@ fn closures_record_their_own_commands() {
 }
 
 #[test]
+fn a_closure_puts_command_buffers_between_its_own_commands() {
+    let Some(mut executor) = executor() else { return };
+    let mut graph = Graph::new("closure");
+    let [mut a, mut b, mut c, mut d] = ["a", "b", "c", "d"].map(|name| graph.buffer(name, BufferDesc::words(N.into())));
+    graph.compute(&fill()).params(&amount(5.0)).write("words", &mut a).dispatch_1d(N);
+    let (copies, bytes) = (wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST, 4 * u64::from(N));
+    let pass = graph.closure("in three").read(&a).write_as(&mut b, copies).write_as(&mut c, copies).write(&mut d);
+    pass.record(move |context| {
+        let [a, b, c, d] = [context.buffer("a")?, context.buffer("b")?, context.buffer("c")?, context.buffer("d")?];
+        context.encoder().copy_buffer_to_buffer(&a, 0, &b, 0, bytes);
+        let mut between = context.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        between.copy_buffer_to_buffer(&b, 0, &c, 0, bytes);
+        context.insert(between.finish());
+        context.encoder().copy_buffer_to_buffer(&c, 0, &d, 0, bytes);
+        Ok(())
+    });
+    let read = graph.readback_buffer(&d);
+    let output = executor.execute(graph).unwrap();
+    let expected: Vec<f32> = (0..N).map(|i| 5.0 + i as f32).collect();
+    assert!(output.cast::<f32>(read) == expected, "each copies what the one before it wrote");
+}
+
+#[test]
 fn a_closures_error_names_the_pass() {
     let Some(mut executor) = executor() else { return };
     let mut graph = Graph::new("closure");

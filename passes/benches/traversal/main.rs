@@ -1,10 +1,10 @@
-//! Rays per second of the WGSL traversal beside the device's ray queries, where it has any, beside the same hierarchy
-//! traversed on the CPU by its own crate, and beside Embree, where its Python package is installed, in one run.
+//! Rays per second of the WGSL traversal beside the device's ray queries and ray-tracing pipelines, where it has any, beside the same
+//! hierarchy traversed on the CPU by its own crate, and beside Embree, where its Python package is installed, in one run.
 //!
-//! `cargo bench -p lightloom-passes --bench traversal [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
+//! `cargo bench -p lightloom-passes --bench traversal [--features ray-pipeline] [-- SCENE.glb]`; without a scene, a built-in one. Coherent rays are a camera's, diffuse
 //! ones leave their hits with a cosine distribution. GPU time is the pass's own; the first dispatch, which includes the
 //! driver's compilation, is not counted. The CPU's two use every core and trace ray by ray. Rounds alternate between the
-//! four, and the best of each counts. Agreement is the share of rays that met the same triangle as in WGSL; where surfaces
+//! five, and the best of each counts. Agreement is the share of rays that met the same triangle as in WGSL; where surfaces
 //! coincide, several are right.
 
 mod embree;
@@ -35,8 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new(&RayBackend::enable(None, GpuRequest::default()))?;
     let bvh = Bvh::build(&scene.name, &scene.triangles)?;
     let upload = || GpuScene::upload_with_bvh(&gpu.device, &gpu.queue, &scene, &bvh);
-    let queried = RayBackend::choose(Some(RayBackend::RayQuery), &gpu);
-    let queried = queried.ok().map(|backend| upload()?.with_rays(backend)).transpose()?;
+    let by = |backend| RayBackend::choose(Some(backend), &gpu).ok().map(|backend| upload()?.with_rays(backend)).transpose();
+    let (queried, pipelined) = (by(RayBackend::RayQuery)?, by(RayBackend::Pipeline)?);
     let stats = bvh.stats();
     println!(
         "{}: {} triangles, {} nodes, built in {:.0} ms; {}",
@@ -53,8 +53,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if embree.is_none() {
         println!("Embree: none; `{}` brings it", embree::INSTALL);
     }
-    let mut bench = Bench { executor: Executor::new(&gpu), pass, traversed: upload()?, queried, embree };
-    println!("{:<10} {:>8} {:>27} {:>27} {:>27}", "Mray/s", "WGSL", "ray query", "CPU (obvhs)", "Embree");
+    let mut bench = Bench { executor: Executor::new(&gpu), pass, traversed: upload()?, queried, pipelined, embree };
+    let [query, pipeline, cpu, embree] = ["ray query", "ray pipeline", "CPU (obvhs)", "Embree"];
+    println!("{:<10} {:>8} {query:>27} {pipeline:>27} {cpu:>27} {embree:>27}", "Mray/s", "WGSL");
     let hits = bench.compare("coherent", &bvh, &coherent)?;
     let diffuse = bounce_rays(&scene, &coherent, &hits);
     bench.compare("diffuse", &bvh, &diffuse)?;
@@ -67,18 +68,24 @@ struct Bench {
     traversed: GpuScene,
     /// `None`: the adapter has no ray queries.
     queried: Option<GpuScene>,
+    /// `None`: the adapter or this build has no ray-tracing pipelines.
+    pipelined: Option<GpuScene>,
     /// `None`: it is not installed.
     embree: Option<Embree>,
 }
 
 impl Bench {
     fn compare(&mut self, name: &str, bvh: &Bvh, rays: &[Ray]) -> Result<Vec<RayHit>, Box<dyn Error>> {
-        let (mut wgsl, mut query, mut cpu, mut embree) = <(Best<RayHit>, Best<RayHit>, Best<u32>, Best<u32>)>::default();
+        let [mut wgsl, mut query, mut pipeline] = <[Best<RayHit>; 3]>::default();
+        let [mut cpu, mut embree] = <[Best<u32>; 2]>::default();
         for repeat in 0..=REPEATS {
             let counts = repeat > 0;
             wgsl.take(counts, trace(&mut self.executor, &self.pass, &self.traversed, rays)?);
             if let Some(queried) = &self.queried {
                 query.take(counts, trace(&mut self.executor, &self.pass, queried, rays)?);
+            }
+            if let Some(pipelined) = &self.pipelined {
+                pipeline.take(counts, trace(&mut self.executor, &self.pass, pipelined, rays)?);
             }
             let start = Instant::now();
             let hits = trace_on_cpu(bvh, rays);
@@ -95,10 +102,12 @@ impl Bench {
             let agree = ids.iter().zip(&wgsl.hits).filter(|(id, hit)| **id == hit.triangle).count();
             format!("{:.2} (WGSL {:.2}×, {:.2}%)", rate(ms), ms / wgsl.ms, 100.0 * agree as f64 / rays.len() as f64)
         };
+        let met = |hits: &[RayHit]| hits.iter().map(|hit| hit.triangle).collect();
         println!(
-            "{name:<10} {:>8.2} {:>27} {:>27} {:>27}",
+            "{name:<10} {:>8.2} {:>27} {:>27} {:>27} {:>27}",
             rate(wgsl.ms),
-            column(query.hits.iter().map(|hit| hit.triangle).collect(), query.ms),
+            column(met(&query.hits), query.ms),
+            column(met(&pipeline.hits), pipeline.ms),
             column(cpu.hits, cpu.ms),
             column(embree.hits, embree.ms),
         );

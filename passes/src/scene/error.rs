@@ -168,7 +168,7 @@ pub enum SceneError {
         unit: &'static str,
         /// How much there is.
         allowed: u64,
-        /// The name of the limit in `wgpu::Limits`.
+        /// The name of the limit in `wgpu::Limits`, or Vulkan's.
         limit: &'static str,
     },
     /// The scene's rays cannot be traced as asked.

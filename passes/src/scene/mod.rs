@@ -7,7 +7,7 @@
 //! ```
 //!
 //! What the file animates moves by [`Scene::pose`]; the hierarchy then follows by [`Bvh::follow`], the GPU by [`GpuScene::update`].
-//! [`GpuScene::with_rays`] adds an acceleration structure of the device's own, for ray queries.
+//! [`GpuScene::with_rays`] adds an acceleration structure of the device's own, for ray queries or ray-tracing pipelines.
 //!
 //! A [`Scene`] is flat: every instance of every node becomes triangles in world space (metres), so
 //! that there is one hierarchy and no transform at hit time. Units are those of [`Light`] and

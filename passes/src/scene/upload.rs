@@ -7,8 +7,10 @@ use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
 use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits};
-use crate::{RayBackend, RayBackendError};
+use crate::ray_pipeline::{self, SceneParts, Structure};
+use crate::{RayBackend, RayBackendError, RayPipelineScene};
 use lightloom_graph::{Buffer, Graph, Handle, Texture, TextureDesc, Tlas, wgpu};
+use std::sync::Arc;
 
 /// A scene in GPU memory.
 #[derive(Debug)]
@@ -25,6 +27,8 @@ pub struct GpuScene {
     rays: RayBackend,
     /// What ray queries search, once it was built.
     acceleration: Option<Acceleration>,
+    /// What ray-tracing pipelines search, once it was built.
+    structure: Option<Arc<Structure>>,
     traits: SceneTraits,
     /// Size and cost of the hierarchy.
     pub bvh_stats: BvhStats,
@@ -60,6 +64,8 @@ pub struct SceneHandles {
     pub environment: Handle<Texture>,
     /// What ray queries search; `None`: rays are traced through the hierarchy.
     pub ray_query_scene: Option<Handle<Tlas>>,
+    /// What ray-tracing pipelines search; `None`: none trace.
+    pub ray_pipeline_scene: Option<RayPipelineScene>,
     /// What the scene asks of the shaders.
     pub traits: SceneTraits,
 }
@@ -112,6 +118,7 @@ impl GpuScene {
             environment,
             rays: RayBackend::Bvh,
             acceleration: None,
+            structure: None,
             traits: SceneTraits::of(scene),
             bvh_stats: bvh.stats(),
         })
@@ -120,7 +127,7 @@ impl GpuScene {
     /// Follows `scene` to another pose: triangles, hierarchy, lights, bounds, guides and the photons' budget; materials, textures and the
     /// environment's map stay as they were uploaded. `bvh` has followed `scene.triangles` already ([`Bvh::follow`]).
     ///
-    /// Buffers are kept where their size is the same, and the acceleration structure of ray queries is built again. Frames
+    /// Buffers are kept where their size is the same, and the acceleration structure of the rays' backend is built again. Frames
     /// submitted before still see the earlier pose. What accumulates over frames is to begin anew.
     ///
     /// # Errors
@@ -137,18 +144,27 @@ impl GpuScene {
         if self.acceleration.is_some() {
             self.accelerate()?;
         }
+        if self.structure.is_some() {
+            self.structure()?;
+        }
         Ok(())
     }
 
-    /// The scene with its rays traced by `backend` in every pass; a new scene's are by [`RayBackend::Bvh`]. Ray queries take an
-    /// acceleration structure, which is built the first time they are asked for.
+    /// The scene with its rays traced by `backend` in every pass that can; a new scene's are by [`RayBackend::Bvh`]. Ray queries and
+    /// pipelines each take an acceleration structure, which is built the first time they are asked for.
     ///
     /// # Errors
-    /// [`SceneError::Rays`] where the device was opened without ray queries, [`SceneError::DeviceLimit`] for more triangles than its
-    /// structures hold.
+    /// [`SceneError::Rays`] where this build has no `backend` or the device was opened without what it needs, [`SceneError::DeviceLimit`] for more triangles
+    /// than its structures hold.
     pub fn with_rays(mut self, backend: RayBackend) -> Result<Self, SceneError> {
+        if !backend.is_built() {
+            return Err(SceneError::Rays(RayBackendError::NotBuilt { backend }));
+        }
         if backend == RayBackend::RayQuery && self.acceleration.is_none() {
             self.accelerate()?;
+        }
+        if backend == RayBackend::Pipeline && self.structure.is_none() {
+            self.structure()?;
         }
         self.rays = backend;
         Ok(self)
@@ -157,9 +173,7 @@ impl GpuScene {
     /// Builds the acceleration structure; a scene that is only described has none.
     fn accelerate(&mut self) -> Result<(), SceneError> {
         let (Some((device, queue)), Some(buffer)) = (&self.gpu, &self.pose.bvh_triangles.buffer) else { return Ok(()) };
-        if !device.features().contains(RayBackend::RayQuery.features()) {
-            return Err(SceneError::Rays(RayBackendError::NotEnabled));
-        }
+        RayBackend::RayQuery.check(device).map_err(SceneError::Rays)?;
         let triangles = self.pose.info.triangle_count;
         let (vertices, most) = (acceleration::vertices(triangles), device.limits().max_blas_primitive_count);
         let within = Writer::new(Some((device, queue)), &self.name);
@@ -168,6 +182,32 @@ impl GpuScene {
         let acceleration = fitting.unwrap_or_else(|| Acceleration::new(device, triangles, !self.traits.alpha));
         acceleration.build(device, queue, buffer);
         self.acceleration = Some(acceleration);
+        Ok(())
+    }
+
+    /// Builds the structure of ray-tracing pipelines; a scene that is only described has none.
+    fn structure(&mut self) -> Result<(), SceneError> {
+        let Some((device, queue)) = &self.gpu else { return Ok(()) };
+        let Pose { bvh_triangles, triangles, .. } = &self.pose;
+        let buffers = (&bvh_triangles.buffer, &triangles.buffer, &self.materials.buffer, &self.texels.0);
+        let (Some(bvh_triangles), Some(triangles), Some(materials), Some(texels)) = buffers else { return Ok(()) };
+        RayBackend::Pipeline.check(device).map_err(SceneError::Rays)?;
+        let most = ray_pipeline::most_triangles(device).unwrap_or_default();
+        let within = Writer::new(Some((device, queue)), &self.name);
+        let count = self.pose.info.triangle_count.into();
+        within.allow("ray_pipeline_scene", count, "triangles", most, "maxPrimitiveCount")?;
+        let parts = SceneParts {
+            bvh_triangles: bvh_triangles.clone(),
+            triangles: triangles.clone(),
+            materials: materials.clone(),
+            texels: texels.clone(),
+        };
+        let refused = |message| SceneError::Rays(RayBackendError::Refused { backend: RayBackend::Pipeline, message });
+        let fitting = self.structure.take().filter(|old| *old.parts() == parts);
+        let made = || Structure::new(device, parts, !self.traits.alpha);
+        let structure = fitting.map_or_else(made, Ok).map_err(refused)?;
+        structure.build(queue).map_err(refused)?;
+        self.structure = Some(structure);
         Ok(())
     }
 
@@ -189,8 +229,19 @@ impl GpuScene {
         let environment = graph.import_texture("environment", desc.clone(), texture.clone());
         let tlas = || self.acceleration.as_ref().map(|acceleration| acceleration.tlas.clone());
         let ray_query_scene = (self.rays == RayBackend::RayQuery).then(|| graph.import_tlas("ray_query_scene", tlas()));
-        let traits = self.traits;
-        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene, traits }
+        let ray_pipeline_scene = (self.rays == RayBackend::Pipeline).then(|| RayPipelineScene(self.structure.clone()));
+        SceneHandles {
+            bvh_nodes,
+            bvh_triangles,
+            triangles,
+            materials,
+            lights,
+            texels,
+            environment,
+            ray_query_scene,
+            ray_pipeline_scene,
+            traits: self.traits,
+        }
     }
 
     /// Bounds, counts and flux: what strategies need to know.

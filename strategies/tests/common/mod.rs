@@ -229,5 +229,16 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
     let environment = graph.import_texture("environment", TextureDesc::new_2d([2, 1], POSITION), None);
     let traits = SceneTraits::default();
-    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene: None, traits }
+    SceneHandles {
+        bvh_nodes,
+        bvh_triangles,
+        triangles,
+        materials,
+        lights,
+        texels,
+        environment,
+        ray_query_scene: None,
+        ray_pipeline_scene: None,
+        traits,
+    }
 }

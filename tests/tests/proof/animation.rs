@@ -47,8 +47,7 @@ fn still(lab: &Lab, scene: &Scene, backend: RayBackend) -> GpuScene {
 
 /// The lab with the backends that it has.
 fn labs() -> Vec<(Lab, RayBackend)> {
-    let queried = Lab::open_with_ray_queries().map(|lab| (lab, RayBackend::RayQuery));
-    Lab::open().map(|lab| (lab, RayBackend::Bvh)).into_iter().chain(queried).collect()
+    Lab::open().map(|lab| (lab, RayBackend::Bvh)).into_iter().chain(Lab::open_with_each()).collect()
 }
 
 /// Times (s) in turn, and how the hierarchy gets there.

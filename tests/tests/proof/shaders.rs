@@ -22,7 +22,11 @@ fn reflected(path: &str, store: PhotonStore) -> (Module, ModuleInfo) {
         naga::front::wgsl::parse_str(flat.source()).unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
     // No capability beyond WebGPU's, to which `pack2x16float` belongs, but for shaders that say so by their folder.
     let webgpu = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
-    let beyond = if path.contains("/ray_query/") { Capabilities::RAY_QUERY } else { Capabilities::empty() };
+    let beyond = match path {
+        _ if path.contains("/ray_query/") => Capabilities::RAY_QUERY,
+        _ if path.contains("/ray_pipeline/") => Capabilities::RAY_TRACING_PIPELINE,
+        _ => Capabilities::empty(),
+    };
     let validated = Validator::new(ValidationFlags::all(), webgpu | beyond).validate(&module);
     let info = validated.unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
     (module, info)
@@ -33,7 +37,7 @@ fn naga_validates_every_shader() {
     let mut covered = BTreeSet::new();
     let mut entry_points = 0;
     for (path, text) in lightloom_shaders::FILES {
-        let has_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
+        let has_entry = ["@compute", "@vertex", "@fragment", "@ray_generation"].iter().any(|stage| text.contains(stage));
         let is_second_version = path.contains("/ray_query/");
         assert_eq!(has_entry || is_second_version, !path.starts_with("shared/"), "{path}: entry points live outside of shared/");
         if path.starts_with("shared/") {
@@ -43,8 +47,9 @@ fn naga_validates_every_shader() {
         let stem = path.rsplit('/').next().and_then(|file| file.strip_suffix(".wgsl")).unwrap_or(path);
         for entry in &module.entry_points {
             entry_points += 1;
-            let expected = [stem.to_owned(), format!("{stem}_vertex"), format!("{stem}_fragment")];
-            assert!(expected.contains(&entry.name), "{path}: entry point `{}` is named after its file", entry.name);
+            let stages = ["", "_vertex", "_fragment", "_any_hit", "_closest_hit", "_miss"];
+            let named = stages.iter().any(|stage| entry.name == format!("{stem}{stage}"));
+            assert!(named, "{path}: entry point `{}` is named after its file", entry.name);
         }
         covered.insert(*path);
         let flats = PhotonStore::ALL.map(|store| store.shaders().flatten(path).expect("it was flattened above"));
@@ -76,8 +81,7 @@ fn every_shader_that_traces_has_a_version_with_ray_queries() {
     let known = |wanted: &str| lightloom_shaders::FILES.iter().any(|(path, _)| *path == wanted);
     let mut traced = 0;
     for (path, _) in lightloom_shaders::FILES {
-        let Some((folder, file)) =
-            path.rsplit_once('/').filter(|(folder, _)| *folder != "shared" && !folder.ends_with("ray_query"))
+        let Some((folder, file)) = path.rsplit_once('/').filter(|(folder, _)| *folder != "shared" && !folder.contains("/ray_"))
         else {
             continue;
         };

@@ -144,11 +144,17 @@ fn buffers(scene: &GpuScene) -> [&Resident; 4] {
 }
 
 #[test]
-fn ray_queries_on_a_device_without_them_are_refused() {
+fn what_the_device_was_opened_without_is_refused() {
     let Some(gpu) = Gpu::for_tests() else { return };
-    let scene = GpuScene::upload(&gpu.device, &gpu.queue, &builtin::cornell()).unwrap();
-    assert_eq!(scene.rays(), RayBackend::Bvh, "what every device can");
-    let error = scene.with_rays(RayBackend::RayQuery).unwrap_err();
-    assert!(matches!(error, SceneError::Rays(RayBackendError::NotEnabled)), "{error}");
-    assert!(error.to_string().contains("RayBackend::enable"), "{error}");
+    for backend in [RayBackend::RayQuery, RayBackend::Pipeline] {
+        let scene = GpuScene::upload(&gpu.device, &gpu.queue, &builtin::cornell()).unwrap();
+        assert_eq!(scene.rays(), RayBackend::Bvh, "what every device can");
+        let error = scene.with_rays(backend).unwrap_err();
+        if backend.is_built() {
+            assert!(matches!(error, SceneError::Rays(RayBackendError::NotEnabled { .. })), "{error}");
+            assert!(error.to_string().contains("RayBackend::enable"), "{error}");
+        } else {
+            assert!(matches!(error, SceneError::Rays(RayBackendError::NotBuilt { .. })), "{error}");
+        }
+    }
 }
