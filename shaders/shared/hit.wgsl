@@ -44,17 +44,23 @@ fn ray_axes(direction: vec3f) -> mat3x3f {
 // place of its shear. Whether a corner lies left or right of an edge is told by comparing the two products of the 2D
 // cross product: rounding is monotonic, so the answer is right or "equal", and both triangles of an edge take an equal
 // one. A difference would not do: contracted to a fused multiply-add it rounds differently for the two.
-// Returns (t, u, v), t < 0 on a miss.
+// Returns (t, u, v), t < 0 on a miss. Most tests miss, and what only a hit needs is behind a branch.
 fn intersect_triangle(triangle: BvhTriangle, origin: vec3f, axes: mat3x3f) -> vec3f {
-    let a = (triangle.v0 - origin) * axes;
-    let b = (triangle.v1 - origin) * axes;
-    let c = (triangle.v2 - origin) * axes;
+    let across = mat2x3f(axes[0], axes[1]);
+    let v0 = triangle.v0 - origin;
+    let v1 = triangle.v1 - origin;
+    let v2 = triangle.v2 - origin;
+    let a = v0 * across;
+    let b = v1 * across;
+    let c = v2 * across;
     let plus = vec3f(c.x * b.y, a.x * c.y, b.x * a.y);
     let minus = vec3f(c.y * b.x, a.y * c.x, b.y * a.x);
     let weights = plus - minus;
     let det = weights.x + weights.y + weights.z;
-    let inside = all(plus >= minus) || all(plus <= minus);
-    let bary = weights / det;
-    let t = bary.x * a.z + bary.y * b.z + bary.z * c.z;
-    return select(vec3f(-1.0), vec3f(t, bary.yz), inside && det != 0.0);
+    var tuv = vec3f(-1.0);
+    if (all(plus >= minus) || all(plus <= minus)) && det != 0.0 {
+        let bary = weights / det;
+        tuv = vec3f(dot(bary, axes[2] * mat3x3f(v0, v1, v2)), bary.yz);
+    }
+    return tuv;
 }
