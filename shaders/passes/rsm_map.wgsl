@@ -1,7 +1,10 @@
-// What the light of each punctual lamp meets first: one ray per texel of its map. A texel is an equal part of the unit square that
-// `emit_from_light` takes directions or positions from, so the flux that arrives in it is that of one photon.
+// What the light of each group of lights meets first: one ray per texel of its map. A texel is an equal part of the unit square that
+// emission takes directions or positions from, so the flux that arrives in it is that of one photon.
+//
+// What a surface's light meets depends on where it leaves, too, which the map does not know: its texels hold the mean over rays from
+// many places. Such a mean is smooth, so blocks of texels share their rays.
 #import "shared/bvh.wgsl"
-#import "shared/emission.wgsl"
+#import "shared/light_groups.wgsl"
 
 struct RsmMapParams {
     lights: LightInfo,
@@ -15,20 +18,53 @@ struct RsmMapParams {
 
 @group(0) @binding(0) var<uniform> params: RsmMapParams;
 @group(0) @binding(1) var importance: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(2) var<storage, read> light_groups: array<LightGroup>;
 
-@compute @workgroup_size(8, 8)
-fn rsm_map(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= vec2u(params.size)) {
-        return;
+// Texels across and down that share their rays in the map of a surface.
+const SHARING: u32 = 4u;
+
+// Row by row, 8 to a row.
+var<workgroup> values: array<f32, 64>;
+
+// What one ray brings: luminance(flux × albedo) of a photon that stands for all of the group's light, which is its own measure, for
+// maps of different groups are never compared.
+fn ray_value(map: u32, texel: vec2u) -> f32 {
+    let group = light_groups[map];
+    var light = group.first;
+    var aim = vec2f(0.5);
+    var place = vec2f(0.5);
+    if lights[light].kind == LIGHT_TRIANGLE {
+        let u = kronecker4(texel.y * params.size + texel.x, map);
+        let member = group_member(group, u.x);
+        light = member.light;
+        place = vec2f(member.u, u.y);
+        aim = u.zw;
     }
-    let u = (vec2f(id.xy) + 0.5) / f32(params.size);
-    // Parts of the light's own flux: maps of different lights are never compared.
-    let photon = emit_from_light(lights[id.z], vec4f(u, 0.5, 0.5), 1.0, params.lights);
+    let share = group.photon_probability / max(lights[light].photon_probability.x, 1.0e-37);
+    let photon = emit_from_group(group, lights[light], (vec2f(texel) + aim) / f32(params.size), place, share, params.lights);
     let hit = trace_ray(photon.origin, photon.direction, INFINITY, false);
     var albedo = params.albedo_floor;
     if hit.index != NO_HIT {
         let surface = surface_at(hit, photon.direction);
         albedo += luminance(surface.brdf.base_color);
     }
-    textureStore(importance, id.xy, id.z, vec4f(luminance(photon.flux) * albedo, 0.0, 0.0, 0.0));
+    return luminance(photon.flux) * albedo;
+}
+
+@compute @workgroup_size(8, 8)
+fn rsm_map(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    // The side of a map is a multiple of a workgroup's.
+    let value = ray_value(id.z, id.xy);
+    values[local.y * 8u + local.x] = value;
+    workgroupBarrier();
+    var sum = 0.0;
+    let corner = local.xy / SHARING * SHARING;
+    for (var y = corner.y; y < corner.y + SHARING; y += 1u) {
+        for (var x = corner.x; x < corner.x + SHARING; x += 1u) {
+            sum += values[y * 8u + x];
+        }
+    }
+    let shared_value = sum / f32(SHARING * SHARING);
+    let surface = lights[light_groups[id.z].first].kind == LIGHT_TRIANGLE;
+    textureStore(importance, id.xy, id.z, vec4f(select(value, shared_value, surface), 0.0, 0.0, 0.0));
 }

@@ -60,6 +60,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/gbuffer.wgsl",
     "shared/hash_grid.wgsl",
     "shared/hit.wgsl",
+    "shared/light_groups.wgsl",
     "shared/lights.wgsl",
     "shared/math.wgsl",
     "shared/path.wgsl",

@@ -23,7 +23,7 @@ shader_struct! {
 #[derive(Clone, Debug)]
 pub(super) struct RsmEmit {
     shader: SceneShader,
-    /// For scenes without punctual lights.
+    /// For scenes whose light is all from the environment, or none.
     uniform: PhotonEmit,
 }
 
@@ -52,6 +52,7 @@ impl PhotonSource for RsmSource<'_> {
         let params = RsmEmitParams { lights, emitted, first, count, seed, maps, pad0: 0, pad1: 0, pad2: 0 };
         scene
             .bind(graph.compute(&self.emit.shader.variant(scene)).params(&params))
+            .read("light_groups", &scene.light_groups)
             .read("importance", &self.maps.importance)
             .write("rays", &mut out.rays)
             .write("paths", &mut out.paths)

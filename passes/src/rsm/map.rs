@@ -34,6 +34,7 @@ impl RsmMap {
         let params = RsmMapParams { lights: info.into(), size, albedo_floor: ALBEDO_FLOOR, pad0: 0, pad1: 0 };
         scene
             .bind(graph.compute(&self.shader.variant(scene)).params(&params))
+            .read("light_groups", &scene.light_groups)
             .write_at("importance", &mut maps.importance, Subresources::mip(0))
             .heavy()
             .dispatch([size / 8, size / 8, maps.count]);

@@ -28,9 +28,6 @@ use lightloom_graph::{Graph, Handle, ShaderError, Texture, TextureDesc, WgslSour
 use map::RsmMap;
 use pyramid::RsmPyramid;
 
-/// Lights that get a map at most: the layers that every WebGPU device has.
-const MOST_MAPS: u32 = 256;
-
 /// The passes.
 #[derive(Clone, Debug)]
 pub struct Rsm {
@@ -64,7 +61,7 @@ impl Rsm {
     pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, size: u32) -> RsmMaps {
         let [least, most] = Self::SIZES;
         let size = size.clamp(least, most).next_power_of_two();
-        let count = info.punctual_count.min(MOST_MAPS);
+        let count = info.light_group_count;
         let desc = TextureDesc::new_2d([size; 2], TextureFormat::R32Float).layers(count.max(1)).mip_levels(size.ilog2() + 1);
         let mut maps = RsmMaps { importance: graph.texture("rsm_importance", desc), count };
         if count > 0 {

@@ -1,8 +1,8 @@
-//! The scene on the GPU: five storage buffers, an array texture and the environment's map, imported into each frame's graph.
+//! The scene on the GPU: six storage buffers, an array texture and the environment's map, imported into each frame's graph.
 
 use super::acceleration::{self, Acceleration};
 use super::environment::Map;
-use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
+use super::gpu_types::{BvhTriangle, Light, LightGroup, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
@@ -37,6 +37,7 @@ struct Pose {
     bvh_triangles: Resident,
     triangles: Resident,
     lights: Resident,
+    light_groups: Resident,
     budget: PhotonBudget,
     info: SceneInfo,
 }
@@ -54,6 +55,8 @@ pub struct SceneHandles {
     pub materials: Handle<Buffer>,
     /// `array<Light>`; one entry without probability when the scene has no light.
     pub lights: Handle<Buffer>,
+    /// `array<LightGroup>` in the order of their lights; one empty entry where there is none.
+    pub light_groups: Handle<Buffer>,
     /// All texels, rgba8unorm; view it as rgba8unorm-srgb for `texels_srgb`.
     pub texels: Handle<Texture>,
     /// The environment's map and how to draw from it, rgba32float; see `shared/environment.wgsl`.
@@ -179,10 +182,10 @@ impl GpuScene {
     /// Imports the scene into a frame's graph.
     pub fn declare(&self, graph: &mut Graph<'_>) -> SceneHandles {
         let mut import = |resident: &Resident| graph.import_buffer(resident.name, resident.desc.clone(), resident.buffer.clone());
-        let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &self.pose;
+        let Pose { bvh_nodes, bvh_triangles, triangles, lights, light_groups, .. } = &self.pose;
         let (bvh_nodes, bvh_triangles) = (import(bvh_nodes), import(bvh_triangles));
         let (triangles, materials) = (import(triangles), import(&self.materials));
-        let lights = import(lights);
+        let (lights, light_groups) = (import(lights), import(light_groups));
         let (texture, desc) = &self.texels;
         let texels = graph.import_texture("texels", desc.clone(), texture.clone());
         let (texture, desc) = &self.environment;
@@ -190,7 +193,18 @@ impl GpuScene {
         let tlas = || self.acceleration.as_ref().map(|acceleration| acceleration.tlas.clone());
         let ray_query_scene = (self.rays == RayBackend::RayQuery).then(|| graph.import_tlas("ray_query_scene", tlas()));
         let traits = self.traits;
-        SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene, traits }
+        SceneHandles {
+            bvh_nodes,
+            bvh_triangles,
+            triangles,
+            materials,
+            lights,
+            light_groups,
+            texels,
+            environment,
+            ray_query_scene,
+            traits,
+        }
     }
 
     /// Bounds, counts and flux: what strategies need to know.
@@ -205,8 +219,11 @@ impl GpuScene {
 
     /// Bytes that the scene takes on the GPU, less the acceleration structure, whose size wgpu does not tell.
     pub fn bytes(&self) -> u64 {
-        let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &self.pose;
-        [bvh_nodes, bvh_triangles, triangles, &self.materials, lights].iter().map(|resident| resident.desc.size).sum::<u64>()
+        let Pose { bvh_nodes, bvh_triangles, triangles, lights, light_groups, .. } = &self.pose;
+        [bvh_nodes, bvh_triangles, triangles, &self.materials, lights, light_groups]
+            .iter()
+            .map(|resident| resident.desc.size)
+            .sum::<u64>()
             + self.texels.1.bytes()
             + self.environment.1.bytes()
     }
@@ -246,17 +263,20 @@ impl Pose {
         let none = Light { material: NONE, triangle: NONE, ..Light::default() };
         let all: &[Light] = if list.lights.is_empty() { &[none] } else { &list.lights };
         let lights = to.array("lights", old.map(|old| &old.lights), all.iter().copied())?;
+        let groups: &[LightGroup] = if list.groups.is_empty() { &[LightGroup::default()] } else { &list.groups };
+        let light_groups = to.array("light_groups", old.map(|old| &old.light_groups), groups.iter().copied())?;
         let info = SceneInfo {
             bounds_center,
             bounds_radius,
             triangle_count: scene.triangles.len() as u32,
             light_count: list.light_count,
             punctual_count: list.punctual_count,
+            light_group_count: list.groups.len() as u32,
             guide_count: list.guide_count,
             emission: Emission::Uniform,
             total_power: list.total_power,
         };
-        Ok(Self { bvh_nodes, bvh_triangles, triangles, lights, budget: list.budget, info })
+        Ok(Self { bvh_nodes, bvh_triangles, triangles, lights, light_groups, budget: list.budget, info })
     }
 }
 

@@ -225,9 +225,21 @@ fn import_image(
 fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let mut buffer = |name| graph.import_buffer(name, BufferDesc::words(4), None);
     let (bvh_nodes, bvh_triangles, triangles) = (buffer("bvh_nodes"), buffer("bvh_triangles"), buffer("triangles"));
-    let (materials, lights) = (buffer("materials"), buffer("lights"));
+    let (materials, lights, light_groups) = (buffer("materials"), buffer("lights"), buffer("light_groups"));
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
     let environment = graph.import_texture("environment", TextureDesc::new_2d([2, 1], POSITION), None);
     let traits = SceneTraits::default();
-    SceneHandles { bvh_nodes, bvh_triangles, triangles, materials, lights, texels, environment, ray_query_scene: None, traits }
+    let ray_query_scene = None;
+    SceneHandles {
+        bvh_nodes,
+        bvh_triangles,
+        triangles,
+        materials,
+        lights,
+        light_groups,
+        texels,
+        environment,
+        ray_query_scene,
+        traits,
+    }
 }

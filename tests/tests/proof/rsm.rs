@@ -1,31 +1,90 @@
 //! Photons that follow reflective shadow maps: drawn as the maps say, and no different on average from uniform emission's.
 
 use crate::determinism::settings;
-use glam::Vec3;
+use glam::{EulerRot, Mat4, Quat, Vec2, Vec3};
 use lightloom_graph::{BufferDesc, Graph};
-use lightloom_passes::scene::{GpuScene, Light, Material, Scene, builtin};
+use lightloom_passes::scene::{GpuScene, Light, Material, Scene, TextureData, TextureUse, builtin};
 use lightloom_passes::{LivePaths, PathBuffers, PhotonBatch, PhotonPath, PhotonSource, Ray, Rsm, decode_flux, shaders};
 use lightloom_tests::Lab;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 const AT: Vec3 = Vec3::new(0.3, 1.6, 0.4);
+/// The material of the Cornell room's lamp.
+const LAMP: usize = 3;
 
 /// The room, lit by `light` alone.
 fn room(light: Light) -> Scene {
     Scene { lights: vec![light], ..builtin::caustics() }
 }
 
+/// The Cornell room with its lamp turned into something else.
+fn lamp(of: impl FnOnce(&mut Scene)) -> Scene {
+    let mut scene = builtin::cornell();
+    of(&mut scene);
+    scene
+}
+
+/// The lamp shines up, too.
+fn two_sided(scene: &mut Scene) {
+    scene.materials[LAMP].double_sided = true;
+}
+
+/// A bent lamp of several pieces and normals, in the middle of the room: a cuboid that stands on a corner.
+fn cuboid(scene: &mut Scene) {
+    let lamp = LAMP as u32;
+    scene.triangles.retain(|triangle| triangle.material != lamp);
+    let at = Mat4::from_rotation_translation(Quat::from_euler(EulerRot::XYZ, 0.6, 0.7, 0.2), Vec3::new(0.3, 1.5, 0.3));
+    let mut boxes = builtin::closed_box(0.5).triangles;
+    for triangle in &mut boxes {
+        // Outwards and small.
+        triangle.positions_world.swap(1, 2);
+        triangle.positions_world = triangle.positions_world.map(|p| at.transform_point3(0.08 * p));
+        triangle.normals_world = [triangle.normal_world(); 3];
+        triangle.material = lamp;
+    }
+    scene.triangles.extend(boxes);
+}
+
+/// The lamp shines from a half of it.
+fn textured(scene: &mut Scene) {
+    let rgba8 = vec![255, 255, 255, 255, 0, 0, 0, 255];
+    scene.textures.push(TextureData { name: "half".into(), width: 2, height: 1, rgba8 });
+    scene.materials[LAMP].emissive_texture = Some(TextureUse::new(0));
+    let least = Vec3::new(-0.25, 1.995, -0.2);
+    for triangle in scene.triangles.iter_mut().filter(|triangle| triangle.material == LAMP as u32) {
+        triangle.uvs = triangle.positions_world.map(|p| Vec2::new((p - least).x / 0.5, (p - least).z / 0.4));
+    }
+}
+
+/// Where in the unit square the photons of a point light have their directions.
+fn of_sphere([x, y, z]: [f64; 3]) -> [f64; 2] {
+    [(1.0 - z) / 2.0, (y.atan2(x) / TAU).rem_euclid(1.0)]
+}
+
+/// Likewise of a two-sided surface whose front looks down: cosine-distributed about it in the frame of shared/math.wgsl, which there is
+/// (x, 0, 0), (0, 0, 1) for both sides.
+fn of_two_sides([x, y, z]: [f64; 3]) -> [f64; 2] {
+    let (back, turn) = if y > 0.0 { (0.5, (-z).atan2(x)) } else { (0.0, z.atan2(x)) };
+    [back + 0.5 * (x * x + z * z), (turn / TAU).rem_euclid(1.0)]
+}
+
 #[test]
 fn directions_follow_the_map_and_carry_its_flux() {
+    let Some(mut lab) = Lab::open() else { return };
+    follow_the_map(&mut lab, &room(Light::Point { position_world: AT, intensity: Vec3::ONE }), of_sphere);
+    follow_the_map(&mut lab, &lamp(two_sided), of_two_sides);
+}
+
+fn follow_the_map(lab: &mut Lab, scene: &Scene, place_of: fn([f64; 3]) -> [f64; 2]) {
     const SIZE: usize = 32;
     const COUNT: u32 = 131_072;
-    let Some(mut lab) = Lab::open() else { return };
-    let scene = lab.upload(&room(Light::Point { position_world: AT, intensity: Vec3::ONE }));
+    let scene = lab.upload(scene);
     let rsm = Rsm::new(&shaders()).expect("valid");
     let mut graph = Graph::new("draw");
     let handles = scene.declare(&mut graph);
     let maps = rsm.add(&mut graph, &handles, &scene.info(), SIZE as u32);
+    assert_eq!(maps.count, 1);
     let places = u64::from(COUNT);
     let mut out = PathBuffers {
         rays: graph.buffer("rays", BufferDesc::array_of::<Ray>(places)),
@@ -41,12 +100,11 @@ fn directions_follow_the_map_and_carry_its_flux() {
     let mut drawn = vec![0.0; SIZE * SIZE];
     let mut strays = 0;
     for (ray, path) in output.cast::<Ray>(reads.1).iter().zip(output.cast::<PhotonPath>(reads.2)) {
-        let [x, y, z] = ray.direction.map(f64::from);
-        let u = [(1.0 - z) / 2.0, (y.atan2(x) / TAU).rem_euclid(1.0)].map(|u| ((u * SIZE as f64) as usize).min(SIZE - 1));
+        let u = place_of(ray.direction.map(f64::from)).map(|u| ((u * SIZE as f64) as usize).min(SIZE - 1));
         let texel = u[1] * SIZE + u[0];
         drawn[texel] += 1.0;
         let density = f64::from(map[texel]) / total * (SIZE * SIZE) as f64;
-        let expected = 4.0 * PI / f64::from(COUNT) / density;
+        let expected = f64::from(scene.info().total_power.y) / f64::from(COUNT) / density;
         strays += u32::from((f64::from(path.flux[1]) / expected - 1.0).abs() > 1e-4);
     }
     // A direction in floats may come back on the other side of a texel's edge: 10⁻⁶ of a side, of 32, for each of two axes.
@@ -67,26 +125,31 @@ fn directions_follow_the_map_and_carry_its_flux() {
 fn maps_change_no_mean() {
     const SEEDS: u32 = 8;
     let Some(mut lab) = Lab::open() else { return };
-    let lights = [
-        Light::Point { position_world: AT, intensity: Vec3::ONE },
-        Light::Spot {
-            position_world: AT,
-            direction_world: Vec3::new(-0.6, -0.8, 0.0),
-            intensity: Vec3::ONE,
-            cos_inner: 0.9,
-            cos_outer: 0.6,
-        },
-        Light::Directional { direction_world: Vec3::new(0.0, -0.6, -0.8), irradiance: Vec3::ONE },
+    let spot = Light::Spot {
+        position_world: AT,
+        direction_world: Vec3::new(-0.6, -0.8, 0.0),
+        intensity: Vec3::ONE,
+        cos_inner: 0.9,
+        cos_outer: 0.6,
+    };
+    let scenes = [
+        ("point", room(Light::Point { position_world: AT, intensity: Vec3::ONE })),
+        ("spot", room(spot)),
+        ("directional", room(Light::Directional { direction_world: Vec3::new(0.0, -0.6, -0.8), irradiance: Vec3::ONE })),
+        ("lamp", lamp(|_| ())),
+        ("two sides", lamp(two_sided)),
+        ("cuboid", lamp(cuboid)),
+        ("textured", lamp(textured)),
     ];
-    for light in lights {
-        let scene = lab.upload(&room(light));
+    for (name, scene) in scenes {
+        let scene = lab.upload(&scene);
         let mut sums = [[0.0; 2]; 2];
         for seed in 0..SEEDS {
             let settings = settings(20_000, 3, seed);
             for (kind, traced) in
                 [lab.photons(&scene, &settings), lab.photons_by_maps(&scene, &settings, 64)].into_iter().enumerate()
             {
-                assert!(traced.state.flux_ledger().balances(), "{light:?}: {:?}", traced.state.flux_ledger());
+                assert!(traced.state.flux_ledger().balances(), "{name}: {:?}", traced.state.flux_ledger());
                 let flux: f64 = traced.records.iter().map(|photon| f64::from(decode_flux(photon.flux).y)).sum();
                 sums[kind][0] += flux;
                 sums[kind][1] += flux * flux;
@@ -95,9 +158,9 @@ fn maps_change_no_mean() {
         let n = f64::from(SEEDS);
         let [uniform, maps] = sums.map(|[sum, squares]| (sum / n, (squares / n - (sum / n).powi(2)) / (n - 1.0)));
         let error = (uniform.1 + maps.1).sqrt();
-        println!("{light:?}: {:.4} uniform, {:.4} by maps, ± {error:.4} W", uniform.0, maps.0);
+        println!("{name}: {:.4} uniform, {:.4} by maps, ± {error:.4} W", uniform.0, maps.0);
         // Four standard errors of the difference; packed fluxes are rounded without bias.
-        assert!((uniform.0 - maps.0).abs() < 4.0 * error, "{light:?}: {uniform:?} against {maps:?}");
+        assert!((uniform.0 - maps.0).abs() < 4.0 * error, "{name}: {uniform:?} against {maps:?}");
     }
 }
 
@@ -163,6 +226,27 @@ fn maps_halve_the_variance() {
     let ratios = variance_by_maps(&mut lab, &scene, 0.25, [64, 256]);
     // Measured: 0.29 and 0.30; 0.37 and 0.40 where roulette takes at the first surface what the map has paid for.
     assert!(ratios.iter().all(|&ratio| ratio < 0.34), "{ratios:?}");
+}
+
+/// A lamp below the ceiling of a dark room with one bright wall.
+fn bright_wall(scene: &mut Scene) {
+    // The red wall is the left one.
+    for (material, albedo) in scene.materials.iter_mut().zip([0.05, 0.9, 0.05]) {
+        *material = Material::lambert(&material.name, Vec3::splat(albedo));
+    }
+}
+
+/// Maps know directions only, so that a lamp whose every point sees another bright thing gains less than a punctual light.
+#[test]
+fn maps_of_surfaces_lessen_the_variance() {
+    let Some(mut lab) = Lab::open() else { return };
+    for (name, of) in
+        [("plain", (|_| ()) as fn(&mut Scene)), ("bright wall", bright_wall), ("two sides", two_sided), ("cuboid", cuboid)]
+    {
+        println!("{name}:");
+        let scene = lab.upload(&lamp(of));
+        variance_by_maps(&mut lab, &scene, 0.25, [64, 256]);
+    }
 }
 
 #[test]
