@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lightloom_passes::{PhotonStore, RayBackend, Rsm};
+use lightloom_passes::{PhotonStore, RayBackend, RsmKind, RsmSettings};
 
 use crate::Error;
 use crate::values::{
@@ -125,8 +125,9 @@ pub(crate) struct SceneArgs {
     /// takes ray queries where hardware runs them. `pipeline` is not in this release
     #[arg(long, value_enum, default_value_t)]
     pub(crate) trace: Trace,
-    /// How photons leave points, spots and directional lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each
-    /// frame, show bright surfaces; `maps` makes less noise where much of the light meets nothing or black
+    /// How photons leave the lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each frame, show bright surfaces, for
+    /// less noise where much of the light meets nothing or black. `maps` traces its maps; `raster-maps` rasterises those of points, spots
+    /// and directional lights; with `first-hits` their photons also start at what the maps saw, a little wrong along outlines
     #[arg(long, value_enum, default_value_t)]
     pub(crate) emission: Emission,
     /// How photons are kept: `whole`, 32 bytes each, or `compact`, 20 bytes, a little coarser
@@ -212,6 +213,8 @@ pub(crate) enum Emission {
     #[default]
     Lights,
     Maps,
+    RasterMaps,
+    FirstHits,
 }
 
 impl Emission {
@@ -220,12 +223,20 @@ impl Emission {
         match self {
             Self::Lights => "lights",
             Self::Maps => "maps",
+            Self::RasterMaps => "raster-maps",
+            Self::FirstHits => "first-hits",
         }
     }
 
-    /// Side of the maps (texels).
-    pub(crate) fn maps(self) -> Option<u32> {
-        (self == Self::Maps).then_some(Rsm::DEFAULT_SIZE)
+    /// The maps, if any.
+    pub(crate) fn maps(self) -> Option<RsmSettings> {
+        let kind = match self {
+            Self::Lights => return None,
+            Self::Maps => RsmKind::Traced,
+            Self::RasterMaps => RsmKind::Rasterised,
+            Self::FirstHits => RsmKind::FirstHits,
+        };
+        Some(RsmSettings::default().with_kind(kind))
     }
 }
 

@@ -1,6 +1,6 @@
 // A batch of photons leaves the lights, one thread each; those of lights that have a map follow it.
 #import "shared/dispatch.wgsl"
-#import "shared/light_groups.wgsl"
+#import "shared/light_views.wgsl"
 #import "shared/photon_start.wgsl"
 #import "shared/warp.wgsl"
 
@@ -15,9 +15,10 @@ struct RsmEmitParams {
     seed: u32,
     // Groups of lights, each of which has a map.
     maps: u32,
+    // Views of a light, at most, that say what photons meet first: 0 or 6.
+    views: u32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: RsmEmitParams;
@@ -25,7 +26,7 @@ struct RsmEmitParams {
 @group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
 @group(0) @binding(3) var<storage, read_write> paths: array<PhotonPath>;
 @group(0) @binding(4) var<storage, read_write> live: LivePaths;
-@group(0) @binding(5) var<storage, read> light_groups: array<LightGroup>;
+@group(0) @binding(5) var seen: texture_2d_array<u32>;
 
 @compute @workgroup_size(64)
 fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
@@ -40,7 +41,7 @@ fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgr
     let share = 1.0 / (f32(params.emitted) * light.photon_probability[params.lights.emission]);
     let map = group_of(light_index, params.maps);
     if map == NO_GROUP {
-        begin_path(thread, index, emit_from_light(light, u, share, params.lights), 0.0, params.lights);
+        begin_path(thread, index, emit_from_light(light, u, share, params.lights), 0.0, 0u, params.lights);
         return;
     }
     let group = light_groups[map];
@@ -49,5 +50,7 @@ fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgr
     // Importance is that of a photon which stands for all of the group's flux. Chance has paid for the albedo here: to play roulette
     // against it again would throw away what the map brings.
     let expected = warped.importance / (f32(params.emitted) * group.photon_probability * warped.density);
-    begin_path(thread, index, photon, clamp(expected / max(luminance(photon.flux), 1.0e-37), 0.0, 1.0), params.lights);
+    let kept = clamp(expected / max(luminance(photon.flux), 1.0e-37), 0.0, 1.0);
+    let place = seen_along(group, photon.origin, photon.direction, textureDimensions(seen).x, params.views);
+    begin_path(thread, index, photon, kept, select(place, 0u, place == NOT_SEEN), params.lights);
 }

@@ -1,10 +1,10 @@
-// What the light of each group of lights meets first: one ray per texel of its map. A texel is an equal part of the unit square that
+// What the light of each group of lights meets first: one ray per texel of its map, traced or looked up in the light's views. A texel is an equal part of the unit square that
 // emission takes directions or positions from, so the flux that arrives in it is that of one photon.
 //
 // What a surface's light meets depends on where it leaves, too, which the map does not know: its texels hold the mean over rays from
 // many places. Such a mean is smooth, so blocks of texels share their rays.
 #import "shared/bvh.wgsl"
-#import "shared/light_groups.wgsl"
+#import "shared/light_views.wgsl"
 
 struct RsmMapParams {
     lights: LightInfo,
@@ -12,19 +12,35 @@ struct RsmMapParams {
     size: u32,
     // Added to the albedo of every texel.
     albedo_floor: f32,
+    // Views of a light, at most, in which rays are looked up: 0 or 6.
+    views: u32,
     pad0: u32,
-    pad1: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: RsmMapParams;
 @group(0) @binding(1) var importance: texture_storage_2d_array<r32float, write>;
-@group(0) @binding(2) var<storage, read> light_groups: array<LightGroup>;
+@group(0) @binding(2) var seen: texture_2d_array<u32>;
 
-// Texels across and down that share their rays in the map of a surface.
+// Texels across and down that share their rays in the map of a surface. In a room with one bright wall the variance is 0.50 of that
+// of uniform emission with 1, 0.34 with 2, 0.31 with 4 and 0.32 with 8.
 const SHARING: u32 = 4u;
 
 // Row by row, 8 to a row.
 var<workgroup> values: array<f32, 64>;
+
+// What a ray of a group meets first, as near as its importance needs it.
+fn first_hit(group: LightGroup, origin: vec3f, direction: vec3f) -> Hit {
+    let place = seen_along(group, origin, direction, textureDimensions(seen).x, params.views);
+    if place == NOT_SEEN {
+        return trace_ray(origin, direction, INFINITY, false);
+    }
+    if place == 0u {
+        return Hit(INFINITY, NO_HIT, vec2f(0.0));
+    }
+    let tuv = intersect_triangle(bvh_triangles[place - 1u], origin, ray_axes(direction));
+    // A ray that passes by what its texel's centre saw has the colour of its middle.
+    return Hit(tuv.x, place - 1u, select(vec2f(1.0 / 3.0), tuv.yz, tuv.x > 0.0));
+}
 
 // What one ray brings: luminance(flux × albedo) of a photon that stands for all of the group's light, which is its own measure, for
 // maps of different groups are never compared.
@@ -42,7 +58,7 @@ fn ray_value(map: u32, texel: vec2u) -> f32 {
     }
     let share = group.photon_probability / max(lights[light].photon_probability.x, 1.0e-37);
     let photon = emit_from_group(group, lights[light], (vec2f(texel) + aim) / f32(params.size), place, share, params.lights);
-    let hit = trace_ray(photon.origin, photon.direction, INFINITY, false);
+    let hit = first_hit(group, photon.origin, photon.direction);
     var albedo = params.albedo_floor;
     if hit.index != NO_HIT {
         let surface = surface_at(hit, photon.direction);

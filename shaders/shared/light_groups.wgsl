@@ -1,21 +1,8 @@
-// Lights that follow one map: a punctual light each, or a piece of an emissive surface, whose positions photons leave from as ever. Needs
-// `light_groups` bound: array<LightGroup>, in the order of their lights.
+// Lights that follow one map: a punctual light each, or a piece of an emissive surface, whose positions photons leave from as
+// ever.
 #import "shared/emission.wgsl"
 
 const NO_GROUP: u32 = 0xffffffffu;
-
-struct LightGroup {
-    // Unit: normal of the piece's first triangle, near that of all; zero of a punctual light.
-    axis: vec3f,
-    // Index of its first light.
-    first: u32,
-    // Lights.
-    count: u32,
-    // Share of the photons that they have together.
-    photon_probability: f32,
-    pad0: u32,
-    pad1: u32,
-}
 
 // The group among the first `count` that `light` belongs to, or NO_GROUP.
 fn group_of(light: u32, count: u32) -> u32 {

@@ -13,9 +13,9 @@ shader_struct! {
         count: u32,
         seed: u32,
         maps: u32,
+        views: u32,
         pad0: u32,
         pad1: u32,
-        pad2: u32,
     }
 }
 
@@ -47,12 +47,13 @@ impl PhotonSource for RsmSource<'_> {
         }
         let PhotonBatch { emitted, first, count, seed } = batch;
         let maps = self.maps.count;
+        let views = if self.maps.first_hits { self.maps.views } else { 0 };
         // Maps steer; guides would do so too.
         let lights = (&info.with_emission(Emission::Uniform)).into();
-        let params = RsmEmitParams { lights, emitted, first, count, seed, maps, pad0: 0, pad1: 0, pad2: 0 };
+        let params = RsmEmitParams { lights, emitted, first, count, seed, maps, views, pad0: 0, pad1: 0 };
         scene
             .bind(graph.compute(&self.emit.shader.variant(scene)).params(&params))
-            .read("light_groups", &scene.light_groups)
+            .read("seen", &self.maps.seen)
             .read("importance", &self.maps.importance)
             .write("rays", &mut out.rays)
             .write("paths", &mut out.paths)

@@ -14,12 +14,12 @@ shader_struct! {
         lights: LightInfo,
         size: u32,
         albedo_floor: f32,
+        views: u32,
         pad0: u32,
-        pad1: u32,
     }
 }
 
-/// The pass. Reads: scene. Writes: level 0 of the maps. A thread per texel.
+/// The pass. Reads: scene, views. Writes: level 0 of the maps. A thread per texel.
 #[derive(Clone, Debug)]
 pub(super) struct RsmMap {
     shader: SceneShader,
@@ -31,10 +31,10 @@ impl RsmMap {
     }
 
     pub(super) fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, size: u32, maps: &mut RsmMaps) {
-        let params = RsmMapParams { lights: info.into(), size, albedo_floor: ALBEDO_FLOOR, pad0: 0, pad1: 0 };
+        let params = RsmMapParams { lights: info.into(), size, albedo_floor: ALBEDO_FLOOR, views: maps.views, pad0: 0 };
         scene
             .bind(graph.compute(&self.shader.variant(scene)).params(&params))
-            .read("light_groups", &scene.light_groups)
+            .read("seen", &maps.seen)
             .write_at("importance", &mut maps.importance, Subresources::mip(0))
             .heavy()
             .dispatch([size / 8, size / 8, maps.count]);

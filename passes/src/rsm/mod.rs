@@ -19,51 +19,76 @@
 mod emit;
 mod map;
 mod pyramid;
+mod settings;
+mod views;
 
 pub use emit::RsmSource;
+pub use settings::{RsmKind, RsmSettings};
 
 use crate::scene::{SceneHandles, SceneInfo};
 use emit::RsmEmit;
-use lightloom_graph::{Graph, Handle, ShaderError, Texture, TextureDesc, WgslSources, wgpu::TextureFormat};
+use lightloom_graph::{Graph, Handle, Load, ShaderError, Subresources, Texture, TextureDesc, WgslSources, wgpu::TextureFormat};
 use map::RsmMap;
 use pyramid::RsmPyramid;
+use views::RsmViews;
+
+/// Views of a light at most: the faces of a cube.
+const VIEWS: u32 = 6;
 
 /// The passes.
 #[derive(Clone, Debug)]
 pub struct Rsm {
+    views: RsmViews,
     map: RsmMap,
     pyramid: RsmPyramid,
     emit: RsmEmit,
 }
 
-/// Importance of the directions of each lamp.
+/// Where the light of each group of lights goes.
 #[derive(Debug)]
 pub struct RsmMaps {
-    /// A layer for each of the first lights of the list; each level holds the sums of the quads of the one below, the last is one texel.
+    /// A layer for each group of [`SceneHandles::light_groups`]; each level holds the sums of the quads of the one below, the last is one texel.
     pub importance: Handle<Texture>,
-    /// Lights that have a map, the first ones of the list.
+    /// What the lights see: a layer for each of [`SceneHandles::light_views`], `r32uint`, index into the BVH's triangles + 1, 0 where nothing
+    /// is. One empty texel where nothing was rasterised.
+    pub seen: Handle<Texture>,
+    /// Groups, each of which has a map.
     pub count: u32,
+    /// Views of a light that were drawn, at most.
+    views: u32,
+    /// Photons start from what was seen.
+    first_hits: bool,
 }
 
 impl Rsm {
-    /// Side of a map (texels) when nothing else is said.
-    pub const DEFAULT_SIZE: u32 = 256;
     /// Sides of the smallest and the largest map (texels).
     pub const SIZES: [u32; 2] = [16, 2048];
 
     /// Parses the shaders.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { map: RsmMap::new(sources)?, pyramid: RsmPyramid::new(sources)?, emit: RsmEmit::new(sources)? })
+        Ok(Self {
+            views: RsmViews::new(sources)?,
+            map: RsmMap::new(sources)?,
+            pyramid: RsmPyramid::new(sources)?,
+            emit: RsmEmit::new(sources)?,
+        })
     }
 
-    /// Declares the passes that draw the maps of all punctual lights, `size` texels across and down: rounded up to a power of two
-    /// within [`Self::SIZES`]. Larger maps follow finer detail, at a ray and 5⅓ bytes a texel. Lights past the 256th have none.
-    pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, size: u32) -> RsmMaps {
+    /// Declares the passes that draw the maps of all groups of lights; of more than 256 the strongest have one.
+    pub fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, settings: RsmSettings) -> RsmMaps {
         let [least, most] = Self::SIZES;
-        let size = size.clamp(least, most).next_power_of_two();
+        let size = settings.side.clamp(least, most).next_power_of_two();
         let count = info.light_group_count;
         let desc = TextureDesc::new_2d([size; 2], TextureFormat::R32Float).layers(count.max(1)).mip_levels(size.ilog2() + 1);
-        let mut maps = RsmMaps { importance: graph.texture("rsm_importance", desc), count };
+        let rasterised = settings.kind != RsmKind::Traced && info.light_view_count > 0;
+        let seen = if rasterised { self.views.add(graph, scene, info, size) } else { nothing_seen(graph) };
+        let mut maps = RsmMaps {
+            importance: graph.texture("rsm_importance", desc),
+            seen,
+            count,
+            views: if rasterised { VIEWS } else { 0 },
+            first_hits: settings.kind == RsmKind::FirstHits,
+        };
         if count > 0 {
             self.map.add(graph, scene, info, size, &mut maps);
             self.pyramid.add(graph, size, &mut maps);
@@ -71,9 +96,16 @@ impl Rsm {
         maps
     }
 
-    /// Photons that follow `maps`; those of emissive triangles, and of lights without a map, leave as from
+    /// Photons that follow `maps`; those of lights without a map, and of the environment, leave as from
     /// [`PhotonEmit`](crate::PhotonEmit). Lights get their share by power.
     pub fn source<'a>(&'a self, maps: &'a RsmMaps) -> RsmSource<'a> {
         RsmSource { emit: &self.emit, maps }
     }
+}
+
+/// For shaders that look nothing up, and bind a texture all the same.
+fn nothing_seen(graph: &mut Graph<'_>) -> Handle<Texture> {
+    let mut seen = graph.texture("rsm_seen", TextureDesc::new_2d([1; 2], TextureFormat::R32Uint).layers(1));
+    graph.clear_texture_at(&mut seen, Subresources::ALL, Load::Clear([0.0; 4]));
+    seen
 }

@@ -192,10 +192,18 @@ shader_struct! {
         pub count: u32,
         /// Share of the photons that they have together.
         pub photon_probability: f32,
-        /// Unused.
-        pub pad0: u32,
-        /// Unused.
-        pub pad1: u32,
+        /// Index of the first of its [`LightView`]s.
+        pub first_view: u32,
+        /// Its views; 0: it is not rasterised.
+        pub view_count: u32,
+    }
+}
+
+shader_struct! {
+    /// What a light sees, as one picture (64 bytes).
+    pub struct LightView {
+        /// World to clip space; depth 1 is nearest.
+        pub clip_from_world: [[f32; 4]; 4],
     }
 }
 

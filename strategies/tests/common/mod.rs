@@ -225,7 +225,8 @@ fn import_image(
 fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let mut buffer = |name| graph.import_buffer(name, BufferDesc::words(4), None);
     let (bvh_nodes, bvh_triangles, triangles) = (buffer("bvh_nodes"), buffer("bvh_triangles"), buffer("triangles"));
-    let (materials, lights, light_groups) = (buffer("materials"), buffer("lights"), buffer("light_groups"));
+    let (materials, lights) = (buffer("materials"), buffer("lights"));
+    let (light_groups, light_views) = (buffer("light_groups"), buffer("light_views"));
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
     let environment = graph.import_texture("environment", TextureDesc::new_2d([2, 1], POSITION), None);
     let traits = SceneTraits::default();
@@ -237,6 +238,7 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
         materials,
         lights,
         light_groups,
+        light_views,
         texels,
         environment,
         ray_query_scene,
