@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lightloom_passes::{PhotonStore, RayBackend, RsmKind, RsmSettings};
+use lightloom_passes::{FirstHit as MapFirstHit, MapsBy, PhotonStore, RayBackend, RsmSettings};
 
 use crate::Error;
 use crate::values::{
@@ -127,9 +127,13 @@ pub(crate) struct SceneArgs {
     pub(crate) trace: Trace,
     /// How photons leave the lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each frame, show bright surfaces, for
     /// less noise where much of the light meets nothing or black. `maps` traces its maps; `raster-maps` rasterises those of points, spots
-    /// and directional lights; with `first-hits` their photons also start at what the maps saw, a little wrong along outlines
+    /// and directional lights
     #[arg(long, value_enum, default_value_t)]
     pub(crate) emission: Emission,
+    /// Where the first hits of photons that follow maps come from: `traced`, rays, or `map`, what the map holds of points, spots and
+    /// directional lights, quicker and a little wrong along outlines
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) first_hit: FirstHit,
     /// How photons are kept: `whole`, 32 bytes each, or `compact`, 20 bytes, a little coarser
     #[arg(long, value_enum, default_value_t)]
     pub(crate) photon_store: Store,
@@ -214,7 +218,6 @@ pub(crate) enum Emission {
     Lights,
     Maps,
     RasterMaps,
-    FirstHits,
 }
 
 impl Emission {
@@ -224,19 +227,38 @@ impl Emission {
             Self::Lights => "lights",
             Self::Maps => "maps",
             Self::RasterMaps => "raster-maps",
-            Self::FirstHits => "first-hits",
         }
     }
 
     /// The maps, if any.
-    pub(crate) fn maps(self) -> Option<RsmSettings> {
-        let kind = match self {
+    pub(crate) fn maps(self, first_hit: FirstHit) -> Option<RsmSettings> {
+        let maps_by = match self {
             Self::Lights => return None,
-            Self::Maps => RsmKind::Traced,
-            Self::RasterMaps => RsmKind::Rasterised,
-            Self::FirstHits => RsmKind::FirstHits,
+            Self::Maps => MapsBy::Rays,
+            Self::RasterMaps => MapsBy::Raster,
         };
-        Some(RsmSettings::default().with_kind(kind))
+        let first_hit = match first_hit {
+            FirstHit::Traced => MapFirstHit::Traced,
+            FirstHit::Map => MapFirstHit::Map,
+        };
+        Some(RsmSettings { maps_by, first_hit, ..RsmSettings::default() })
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FirstHit {
+    #[default]
+    Traced,
+    Map,
+}
+
+impl FirstHit {
+    /// The word on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Traced => "traced",
+            Self::Map => "map",
+        }
     }
 }
 

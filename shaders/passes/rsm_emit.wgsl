@@ -1,6 +1,6 @@
 // A batch of photons leaves the lights, one thread each; those of lights that have a map follow it.
 #import "shared/dispatch.wgsl"
-#import "shared/light_views.wgsl"
+#import "shared/light_groups.wgsl"
 #import "shared/photon_start.wgsl"
 #import "shared/warp.wgsl"
 
@@ -15,8 +15,8 @@ struct RsmEmitParams {
     seed: u32,
     // Groups of lights, each of which has a map.
     maps: u32,
-    // Views of a light, at most, that say what photons meet first: 0 or 6.
-    views: u32,
+    // 1: photons start at what their maps hold.
+    first_hits: u32,
     pad0: u32,
     pad1: u32,
 }
@@ -26,7 +26,7 @@ struct RsmEmitParams {
 @group(0) @binding(2) var<storage, read_write> rays: array<Ray>;
 @group(0) @binding(3) var<storage, read_write> paths: array<PhotonPath>;
 @group(0) @binding(4) var<storage, read_write> live: LivePaths;
-@group(0) @binding(5) var seen: texture_2d_array<u32>;
+@group(0) @binding(5) var held: texture_2d_array<u32>;
 
 @compute @workgroup_size(64)
 fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
@@ -51,6 +51,6 @@ fn rsm_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_workgr
     // against it again would throw away what the map brings.
     let expected = warped.importance / (f32(params.emitted) * group.photon_probability * warped.density);
     let kept = clamp(expected / max(luminance(photon.flux), 1.0e-37), 0.0, 1.0);
-    let place = seen_along(group, photon.origin, photon.direction, textureDimensions(seen).x, params.views);
-    begin_path(thread, index, photon, kept, select(place, 0u, place == NOT_SEEN), params.lights);
+    let seen = textureLoad(held, vec2u(warped.point * vec2f(textureDimensions(held))), map, 0).x * params.first_hits;
+    begin_path(thread, index, photon, kept, seen, params.lights);
 }

@@ -12,14 +12,15 @@ struct RsmMapParams {
     size: u32,
     // Added to the albedo of every texel.
     albedo_floor: f32,
-    // Views of a light, at most, in which rays are looked up: 0 or 6.
-    views: u32,
+    // 1: rays are looked up in the views of the lights that have some.
+    views_drawn: u32,
     pad0: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: RsmMapParams;
 @group(0) @binding(1) var importance: texture_storage_2d_array<r32float, write>;
-@group(0) @binding(2) var seen: texture_2d_array<u32>;
+@group(0) @binding(2) var held: texture_storage_2d_array<r32uint, write>;
+@group(0) @binding(3) var seen: texture_2d_array<u32>;
 
 // Texels across and down that share their rays in the map of a surface. In a room with one bright wall the variance is 0.50 of that
 // of uniform emission with 1, 0.34 with 2, 0.31 with 4 and 0.32 with 8.
@@ -30,7 +31,7 @@ var<workgroup> values: array<f32, 64>;
 
 // What a ray of a group meets first, as near as its importance needs it.
 fn first_hit(group: LightGroup, origin: vec3f, direction: vec3f) -> Hit {
-    let place = seen_along(group, origin, direction, textureDimensions(seen).x, params.views);
+    let place = seen_along(group, origin, direction, params.views_drawn);
     if place == NOT_SEEN {
         return trace_ray(origin, direction, INFINITY, false);
     }
@@ -42,9 +43,14 @@ fn first_hit(group: LightGroup, origin: vec3f, direction: vec3f) -> Hit {
     return Hit(tuv.x, place - 1u, select(vec2f(1.0 / 3.0), tuv.yz, tuv.x > 0.0));
 }
 
-// What one ray brings: luminance(flux × albedo) of a photon that stands for all of the group's light, which is its own measure, for
-// maps of different groups are never compared.
-fn ray_value(map: u32, texel: vec2u) -> f32 {
+struct RayValue {
+    // luminance(flux × albedo) of a photon that stands for all of the group's light: maps of different groups are never compared.
+    importance: f32,
+    // Index into `bvh_triangles` + 1 of what every ray of the texel may meet; 0: they leave from different places, or meet nothing.
+    held: u32,
+}
+
+fn ray_value(map: u32, texel: vec2u) -> RayValue {
     let group = light_groups[map];
     var light = group.first;
     var aim = vec2f(0.5);
@@ -60,18 +66,20 @@ fn ray_value(map: u32, texel: vec2u) -> f32 {
     let photon = emit_from_group(group, lights[light], (vec2f(texel) + aim) / f32(params.size), place, share, params.lights);
     let hit = first_hit(group, photon.origin, photon.direction);
     var albedo = params.albedo_floor;
+    var met = 0u;
     if hit.index != NO_HIT {
+        met = select(hit.index + 1u, 0u, lights[light].kind == LIGHT_TRIANGLE);
         let surface = surface_at(hit, photon.direction);
         albedo += luminance(surface.brdf.base_color);
     }
-    return luminance(photon.flux) * albedo;
+    return RayValue(luminance(photon.flux) * albedo, met);
 }
 
 @compute @workgroup_size(8, 8)
 fn rsm_map(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_id) local: vec3u) {
     // The side of a map is a multiple of a workgroup's.
     let value = ray_value(id.z, id.xy);
-    values[local.y * 8u + local.x] = value;
+    values[local.y * 8u + local.x] = value.importance;
     workgroupBarrier();
     var sum = 0.0;
     let corner = local.xy / SHARING * SHARING;
@@ -82,5 +90,6 @@ fn rsm_map(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_i
     }
     let shared_value = sum / f32(SHARING * SHARING);
     let surface = lights[light_groups[id.z].first].kind == LIGHT_TRIANGLE;
-    textureStore(importance, id.xy, id.z, vec4f(select(value, shared_value, surface), 0.0, 0.0, 0.0));
+    textureStore(importance, id.xy, id.z, vec4f(select(value.importance, shared_value, surface), 0.0, 0.0, 0.0));
+    textureStore(held, id.xy, id.z, vec4u(value.held, 0u, 0u, 0u));
 }

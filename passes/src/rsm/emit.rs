@@ -1,6 +1,6 @@
 //! Photons leave the lights by the maps.
 
-use super::RsmMaps;
+use super::{FirstHit, RsmMaps};
 use crate::scene::{Emission, SceneHandles, SceneInfo};
 use crate::{LightInfo, PathBuffers, PhotonBatch, PhotonEmit, PhotonSource, SceneShader};
 use lightloom_graph::{Graph, ShaderError, WgslSources, shader_struct};
@@ -13,7 +13,7 @@ shader_struct! {
         count: u32,
         seed: u32,
         maps: u32,
-        views: u32,
+        first_hits: u32,
         pad0: u32,
         pad1: u32,
     }
@@ -47,13 +47,13 @@ impl PhotonSource for RsmSource<'_> {
         }
         let PhotonBatch { emitted, first, count, seed } = batch;
         let maps = self.maps.count;
-        let views = if self.maps.first_hits { self.maps.views } else { 0 };
+        let first_hits = (self.maps.first_hit == FirstHit::Map).into();
         // Maps steer; guides would do so too.
         let lights = (&info.with_emission(Emission::Uniform)).into();
-        let params = RsmEmitParams { lights, emitted, first, count, seed, maps, views, pad0: 0, pad1: 0 };
+        let params = RsmEmitParams { lights, emitted, first, count, seed, maps, first_hits, pad0: 0, pad1: 0 };
         scene
             .bind(graph.compute(&self.emit.shader.variant(scene)).params(&params))
-            .read("seen", &self.maps.seen)
+            .read("held", &self.maps.held)
             .read("importance", &self.maps.importance)
             .write("rays", &mut out.rays)
             .write("paths", &mut out.paths)

@@ -24,14 +24,32 @@ pub(super) struct RsmViews {
     shader: RasterShader,
 }
 
+/// What they show.
+#[derive(Debug)]
+pub(super) struct Views {
+    /// `r32uint`, a layer for each of [`SceneHandles::light_views`]; index into the BVH's triangles + 1, 0 where nothing is.
+    pub(super) seen: Handle<Texture>,
+    /// Something was drawn.
+    pub(super) drawn: bool,
+}
+
+impl Views {
+    /// For shaders that look nothing up, and bind a texture all the same.
+    pub(super) fn none(graph: &mut Graph<'_>) -> Self {
+        let mut seen = graph.texture("rsm_seen", TextureDesc::new_2d([1; 2], TextureFormat::R32Uint));
+        graph.clear_texture(&mut seen, Load::Clear([0.0; 4]));
+        Self { seen, drawn: false }
+    }
+}
+
 impl RsmViews {
     pub(super) fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
         let shader = RasterShader::new(sources, "passes/rsm_view.wgsl")?.with_depth_compare(CompareFunction::Greater);
         Ok(Self { shader })
     }
 
-    /// Layers of `side` texels across and down, one for each view; index into the BVH's triangles + 1, 0: nothing.
-    pub(super) fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, side: u32) -> Handle<Texture> {
+    /// Draws all views, `side` texels across and down.
+    pub(super) fn add(&self, graph: &mut Graph<'_>, scene: &SceneHandles, info: &SceneInfo, side: u32) -> Views {
         let desc = TextureDesc::new_2d([side; 2], TextureFormat::R32Uint).layers(info.light_view_count);
         let mut seen = graph.texture("rsm_seen", desc);
         let mut depth = graph.texture("rsm_depth", TextureDesc::new_2d([side; 2], TextureFormat::Depth32Float));
@@ -42,6 +60,6 @@ impl RsmViews {
                 .depth(&mut depth, Load::ClearDepth(0.0))
                 .draw(3 * info.triangle_count, 1);
         }
-        seen
+        Views { seen, drawn: true }
     }
 }
