@@ -82,6 +82,11 @@ fn directions_follow_the_map_and_carry_its_flux() {
     follow_the_map(&mut lab, &lamp(two_sided), of_two_sides);
 }
 
+/// A half float of a positive, normal number.
+fn half(bits: u32) -> f32 {
+    f32::from_bits((bits << 13) + (112 << 23))
+}
+
 fn follow_the_map(lab: &mut Lab, scene: &Scene, place_of: fn([f64; 3]) -> [f64; 2]) {
     const SIZE: usize = 32;
     const COUNT: u32 = 131_072;
@@ -91,16 +96,22 @@ fn follow_the_map(lab: &mut Lab, scene: &Scene, place_of: fn([f64; 3]) -> [f64; 
     let total: f64 = map.iter().map(|&w| f64::from(w)).sum();
     let mut drawn = vec![0.0; SIZE * SIZE];
     let mut strays = 0;
+    let mut kept = Vec::new();
     for (ray, path) in rays.iter().zip(paths) {
         let u = place_of(ray.direction.map(f64::from)).map(|u| ((u * SIZE as f64) as usize).min(SIZE - 1));
         let texel = u[1] * SIZE + u[0];
         drawn[texel] += 1.0;
         let density = f64::from(map[texel]) / total * (SIZE * SIZE) as f64;
         let expected = f64::from(scene.info().total_power.y) / f64::from(COUNT) / density;
+        kept.push(half(path.bounce_flags >> 16));
         strays += u32::from((f64::from(path.flux[1]) / expected - 1.0).abs() > 1e-4);
     }
     // A direction in floats may come back on the other side of a texel's edge: 10⁻⁶ of a side, of 32, for each of two axes.
     assert!(strays < COUNT / 1000, "{strays} photons carry another flux than the map's");
+    // The first surface is expected to keep its albedo and the floor of 0.05, of a photon that stands for all of a lamp's triangles:
+    // from nothing to white, 0.73, or glass, 1. Halves have 11 bits.
+    let [least, most] = [f32::min, f32::max].map(|of| kept.iter().copied().reduce(of).expect("photons"));
+    assert!((0.0499..0.2).contains(&least) && (0.7796..=1.0).contains(&most), "{least} to {most} are kept");
     let chi2: f64 = map
         .iter()
         .zip(&drawn)
