@@ -180,7 +180,7 @@ fn emit(lab: &mut Lab, scene: &GpuScene, maps: RsmSettings, count: u32) -> Emitt
     let mut graph = Graph::new("draw");
     let handles = scene.declare(&mut graph);
     let maps = rsm.add(&mut graph, &handles, &scene.info(), maps);
-    assert_eq!(maps.count, 1);
+    assert_eq!(maps.count, 1, "a light, or a lamp of one piece");
     let places = u64::from(count);
     let mut out = PathBuffers {
         rays: graph.buffer("rays", BufferDesc::array_of::<Ray>(places)),
