@@ -1,5 +1,6 @@
-// What the light of each group of lights meets first: one ray per texel of its map, traced or looked up in the light's views. A texel is an equal part of the unit square that
-// emission takes directions or positions from, so the flux that arrives in it is that of one photon.
+// What the light of each group of lights meets first: one ray per texel of its map, traced or looked up in the light's views. A
+// texel is an equal part of the unit square that emission takes directions or positions from, so the flux that arrives in it is that
+// of one photon.
 //
 // What a surface's light meets depends on where it leaves, too, which the map does not know: its texels hold the mean over rays from
 // many places. Such a mean is smooth, so blocks of texels share their rays.

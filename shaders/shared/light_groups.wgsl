@@ -1,5 +1,5 @@
-// Lights that follow one map: a punctual light each, or a piece of an emissive surface, whose positions photons leave from as
-// ever.
+// Lights that follow one map: a punctual light, or a piece of an emissive surface. The map steers where photons go; where on a surface
+// they leave is drawn as without it.
 #import "shared/emission.wgsl"
 
 const NO_GROUP: u32 = 0xffffffffu;

@@ -15,10 +15,10 @@
 //! Each punctual light has a map, and each piece of an emissive surface: triangles of one material that are joined and not much bent.
 //! Where on it a photon leaves is drawn as ever, by power and area, and the map steers the direction alone: p(x, ω) = p(x) p(ω). Its
 //! texels hold the mean over rays from all of the piece, in frames that turn with the normal. One map over position and direction
-//! would follow more, and its four dimensions need a thousand times the rays.
+//! would follow more; in its four dimensions the rays of a frame are few.
 //!
 //! A photon starts at the light in the very direction that was drawn, Φ = Φ(u) / (N p(u)), and its first ray is traced like any
-//! other: the map steers chance and holds nothing else, so estimates are as unbiased as uniform emission's. For the same reason every
+//! other: the map steers chance alone, so estimates are as unbiased as uniform emission's. For the same reason every
 //! texel has importance, even where its centre meets nothing or black: the map may miss what lies beside it. The photon also carries
 //! what its texel expects the first surface to keep of it, so that roulette there does not take again what chance has paid for.
 //! [`FirstHit::Map`] also lets it start at the triangle that the texel holds: all that a first bounce needs besides the ray, for where
