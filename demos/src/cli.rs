@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use lightloom_passes::{PhotonStore, RayBackend, RayBackendError, Rsm};
+use lightloom_passes::{FirstHit as MapFirstHit, MapsBy, PhotonStore, RayBackend, RayBackendError, RsmSettings};
 
 use crate::Error;
 use crate::values::{
@@ -126,10 +126,15 @@ pub(crate) struct SceneArgs {
     /// `auto` takes what hardware runs, the first of `ray-query`, `ray-pipeline` and `bvh`
     #[arg(long, value_enum, default_value_t)]
     pub(crate) trace: Trace,
-    /// How photons leave points, spots and directional lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each
-    /// frame, show bright surfaces; `maps` makes less noise where much of the light meets nothing or black
+    /// How photons leave the lights: `lights`, evenly, or `maps`, more of them to where maps, drawn each frame, show bright surfaces, for
+    /// less noise where much of the light meets nothing or black. `maps` traces its maps; `raster-maps` rasterises those of points, spots
+    /// and directional lights
     #[arg(long, value_enum, default_value_t)]
     pub(crate) emission: Emission,
+    /// Where the first hits of photons that follow maps come from: `traced`, rays, or `map`, what the map holds of points, spots and
+    /// directional lights, quicker and a little wrong along outlines
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) first_hit: FirstHit,
     /// How photons are kept: `whole`, 32 bytes each, or `compact`, 20 bytes, a little coarser
     #[arg(long, value_enum, default_value_t)]
     pub(crate) photon_store: Store,
@@ -217,6 +222,7 @@ pub(crate) enum Emission {
     #[default]
     Lights,
     Maps,
+    RasterMaps,
 }
 
 impl Emission {
@@ -225,12 +231,39 @@ impl Emission {
         match self {
             Self::Lights => "lights",
             Self::Maps => "maps",
+            Self::RasterMaps => "raster-maps",
         }
     }
 
-    /// Side of the maps (texels).
-    pub(crate) fn maps(self) -> Option<u32> {
-        (self == Self::Maps).then_some(Rsm::DEFAULT_SIZE)
+    /// The maps, if any.
+    pub(crate) fn maps(self, first_hit: FirstHit) -> Option<RsmSettings> {
+        let maps_by = match self {
+            Self::Lights => return None,
+            Self::Maps => MapsBy::Rays,
+            Self::RasterMaps => MapsBy::Raster,
+        };
+        let first_hit = match first_hit {
+            FirstHit::Traced => MapFirstHit::Traced,
+            FirstHit::Map => MapFirstHit::Map,
+        };
+        Some(RsmSettings { maps_by, first_hit, ..RsmSettings::default() })
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FirstHit {
+    #[default]
+    Traced,
+    Map,
+}
+
+impl FirstHit {
+    /// The word on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Traced => "traced",
+            Self::Map => "map",
+        }
     }
 }
 

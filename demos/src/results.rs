@@ -93,9 +93,12 @@ pub struct Settings {
     pub bounces: u32,
     /// Frames averaged.
     pub frames: u32,
-    /// How photons leave the lights: `lights` or `maps`; empty in files from before there was a choice.
+    /// How photons leave the lights: `lights`, `maps` or `raster-maps`; empty in files from before there was a choice.
     #[serde(default)]
     pub emission: String,
+    /// Where the first hits of photons that follow maps come from: `traced` or `map`; empty in files from before there was a choice.
+    #[serde(default)]
+    pub first_hit: String,
     /// How photons are kept: `whole` or `compact`; empty in files from before there was a choice.
     #[serde(default)]
     pub photon_store: String,

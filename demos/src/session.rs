@@ -14,7 +14,7 @@ use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Scene, builtin
 use lightloom_passes::{PhotonStore, RayBackend};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
 
-use crate::cli::{Materials, SceneArgs, Switch};
+use crate::cli::{Emission, FirstHit, Materials, SceneArgs, Switch};
 use crate::progress::ProgressLine;
 use crate::results::{Flux, LightPhotons, Memory, PassTime, PhotonCounts, StrategyResult};
 use crate::values::{Assignment, EnvironmentArg, Shown};
@@ -206,10 +206,15 @@ impl Session {
     }
 }
 
-/// Refuses what later releases will have.
+/// Refuses what later releases will have, and words that do not go together.
 fn check_release(args: &SceneArgs) -> Result<(), Error> {
     if args.filter == Switch::On {
         return Err(Error::Usage("this release has no filters: leave --filter out, or say `--filter off`".to_owned()));
+    }
+    if args.first_hit == FirstHit::Map && args.emission == Emission::Lights {
+        return Err(Error::Usage(
+            "--first-hit map: photons follow no map with `--emission lights`; say `--emission maps`".to_owned(),
+        ));
     }
     Ok(())
 }
@@ -254,7 +259,7 @@ fn settings(args: &SceneArgs) -> Settings {
     Settings {
         size: args.size.0,
         photons: args.photons,
-        emission_maps: args.emission.maps(),
+        emission_maps: args.emission.maps(args.first_hit),
         bounces: args.bounces,
         seed: args.seed,
         frames: args.frames,

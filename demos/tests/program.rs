@@ -367,18 +367,20 @@ fn photons_leave_and_lie_as_asked_and_it_is_said_how() {
     for wrong in ["--emission map", "--photon-store 20"] {
         place.refuses(&format!("render builtin:caustics {wrong} -o a.exr"), 2, &["possible values"]);
     }
+    place.refuses("render builtin:caustics --first-hit map -o a.exr", 2, &["--first-hit map", "--emission maps"]);
     if !has_adapter() {
         return;
     }
     let line = "compare builtin:caustics --strategies tiled --size 24x16 --photons 5k --bounces 3";
-    place.does(&format!("{line} --emission maps --photon-store compact -o out"));
+    place.does(&format!("{line} --emission raster-maps --first-hit map --photon-store compact -o out"));
     let results = std::fs::read_to_string(place.path("out/results.json")).expect("the results");
     let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
-    assert_eq!(results["settings"]["emission"], "maps");
+    assert_eq!(results["settings"]["emission"], "raster-maps");
+    assert_eq!(results["settings"]["first_hit"], "map");
     assert_eq!(results["settings"]["photon_store"], "compact");
     let row = &results["strategies"][0];
     assert!(row["photons"]["capacity"].as_u64() >= row["photons"]["stored"].as_u64(), "{row}");
-    assert!(row["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass["name"] == "rsm_map")), "{row}");
+    assert!(row["passes"].as_array().is_some_and(|passes| passes.iter().any(|pass| pass["name"] == "rsm_view")), "{row}");
 }
 
 #[test]

@@ -60,7 +60,7 @@ pub use photon_trace::{PhotonSettings, PhotonTracing, Photons};
 pub use prefix_sum::PrefixSum;
 pub use ray_backend::{RayBackend, RayBackendError};
 pub use ray_pipeline::RayPipelineScene;
-pub use rsm::{Rsm, RsmMaps, RsmSource};
+pub use rsm::{FirstHit, MapsBy, Rsm, RsmMaps, RsmSettings, RsmSource};
 pub use scene_shader::SceneShader;
 pub use specular_pixels::SpecularPixels;
 pub use trace_rays::{Ray, RayHit, TraceRays};

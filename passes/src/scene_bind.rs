@@ -12,6 +12,8 @@ macro_rules! bind {
             .read_if_used("triangles", &$scene.triangles)
             .read_if_used("materials", &$scene.materials)
             .read_if_used("lights", &$scene.lights)
+            .read_if_used("light_groups", &$scene.light_groups)
+            .read_if_used("light_views", &$scene.light_views)
             .read_if_used("texels", &$scene.texels)
             .read_as_if_used("texels_srgb", &$scene.texels, TextureFormat::Rgba8UnormSrgb)
             .read_if_used("environment", &$scene.environment)

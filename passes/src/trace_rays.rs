@@ -26,8 +26,8 @@ shader_struct! {
         pub t_max: f32,
         /// World; need not be unit.
         pub direction: [f32; 3],
-        /// Padding.
-        pub pad0: u32,
+        /// Triangle in the order of the BVH, + 1, which is taken to be the first if the ray meets it at all; 0: none is known.
+        pub seen: u32,
     }
 }
 

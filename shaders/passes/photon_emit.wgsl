@@ -26,5 +26,5 @@ fn photon_emit(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_wor
     }
     let index = params.first + thread;
     let photon = emit_photon(index, params.emitted, params.seed, params.lights);
-    begin_path(thread, index, photon, 0.0, params.lights);
+    begin_path(thread, index, photon, 0.0, 0u, params.lights);
 }

@@ -1,7 +1,7 @@
 // Any list of rays against the scene: nearest hits.
 #import "shared/bvh.wgsl"
 #import "shared/dispatch.wgsl"
-#import "shared/rays.wgsl"
+#import "shared/hit_seen.wgsl"
 
 struct TraceRaysParams {
     count: u32,
@@ -24,7 +24,10 @@ fn trace_rays(@builtin(global_invocation_id) global_id: vec3u, @builtin(num_work
         hits[i] = RayHit(0.0, NO_HIT, vec2f(0.0));
         return;
     }
-    let hit = trace_ray(rays[i].origin, rays[i].direction, rays[i].t_max, false);
+    var hit = hit_seen(rays[i]);
+    if hit.index == NO_HIT {
+        hit = trace_ray(rays[i].origin, rays[i].direction, rays[i].t_max, false);
+    }
     var id = NO_HIT;
     if hit.index != NO_HIT {
         id = bvh_triangles[hit.index].id & ~ALPHA_TESTED;

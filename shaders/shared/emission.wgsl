@@ -105,16 +105,29 @@ fn emit_from_light(light: Light, u: vec4f, share: f32, info: LightInfo) -> Emitt
                 light.area * sqrt(share), sqrt(share) / drawn.pdf);
         }
         default: {
-            let bary = sample_triangle(u.xy);
-            let position = light.position + light.edge1 * bary.x + light.edge2 * bary.y;
-            let sides = select(1.0, 2.0, light.two_sided != 0u);
-            let back = light.two_sided != 0u && u.z >= 0.5;
-            let normal = select(light.direction, -light.direction, back);
-            let direction = tangent_frame(normal) * sample_cosine_hemisphere(vec2f(fract(u.z * sides), u.w));
-            let flux = light_radiance(light, bary) * (PI * sides * light.area * share);
-            return Emitted(offset_origin(position, normal), direction, flux, false, light.area * sqrt(share), PI * sides * sqrt(share));
+            return emit_from_triangle(light, u, share, light.direction);
         }
     }
+}
+
+// As `emit_from_light`, with u.xy the position and u.zw the direction; of two sides the front has the lesser u.z. Equal u.zw are
+// equal angles to the normal and to the frame of `axis`, carried there.
+fn emit_from_triangle(light: Light, u: vec4f, share: f32, axis: vec3f) -> Emitted {
+    let bary = sample_triangle(u.xy);
+    let position = light.position + light.edge1 * bary.x + light.edge2 * bary.y;
+    let sides = select(1.0, 2.0, light.two_sided != 0u);
+    let side = select(1.0, -1.0, light.two_sided != 0u && u.z >= 0.5);
+    let normal = side * light.direction;
+    let direction = carried_frame(side * axis, normal) * sample_cosine_hemisphere(vec2f(fract(u.z * sides), u.w));
+    let flux = light_radiance(light, bary) * (PI * sides * light.area * share);
+    return Emitted(offset_origin(position, normal), direction, flux, false, light.area * sqrt(share), PI * sides * sqrt(share));
+}
+
+// The frame of `axis` after the least turn that takes it to `normal`; both unit and not opposite.
+fn carried_frame(axis: vec3f, normal: vec3f) -> mat3x3f {
+    let frame = tangent_frame(axis);
+    let middle = (axis + normal) / (1.0 + dot(axis, normal));
+    return mat3x3f(frame[0] - middle * dot(normal, frame[0]), frame[1] - middle * dot(normal, frame[1]), normal);
 }
 
 // Uniform by solid angle in the cone around +z whose half angle has the cosine 1 − `one_minus_cos`.

@@ -6,7 +6,8 @@ struct Ray {
     // Length in units of `direction`; 0 or less: there is no ray here.
     t_max: f32,
     direction: vec3f,
-    pad0: u32,
+    // Index into `bvh_triangles` + 1 of what is taken to be the first, if the ray meets it; 0: nothing is known.
+    seen: u32,
 }
 
 struct RayHit {

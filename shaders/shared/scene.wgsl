@@ -140,3 +140,24 @@ struct Light {
     // Share of the photons that this light has.
     photon_probability: vec2f,
 }
+
+// Lights that follow one map of where photons go: a punctual light, or a piece of an emissive surface. In the order of their lights.
+struct LightGroup {
+    // Unit: normal of the piece's first triangle, near that of all; zero of a punctual light.
+    axis: vec3f,
+    // Index of its first light.
+    first: u32,
+    // Lights.
+    count: u32,
+    // Share of the photons that they have together.
+    photon_probability: f32,
+    // Its views among `light_views`; a light without any is traced.
+    first_view: u32,
+    view_count: u32,
+}
+
+// What a light sees, as one picture.
+struct LightView {
+    // Depth 1 is nearest.
+    clip_from_world: mat4x4f,
+}

@@ -10,3 +10,6 @@
 @group(1) @binding(6) var texels_srgb: texture_2d_array<f32>;
 // See shared/environment.wgsl.
 @group(1) @binding(7) var environment: texture_2d<f32>;
+// Binding 8 is that of shared/ray_query.wgsl.
+@group(1) @binding(9) var<storage, read> light_groups: array<LightGroup>;
+@group(1) @binding(10) var<storage, read> light_views: array<LightView>;

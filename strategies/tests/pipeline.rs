@@ -1,6 +1,7 @@
 //! The pipeline on a small scene: layers, means, ledgers, culling, cancelling.
 
 use lightloom_graph::{Executor, Gpu, GraphError};
+use lightloom_passes::RsmSettings;
 use lightloom_passes::scene::{Camera, GpuScene, Scene, builtin};
 use lightloom_strategies::{Layer, Pipeline, RenderProgress, Rendered, Settings, StrategyError, by_name};
 use std::ops::ControlFlow;
@@ -105,7 +106,7 @@ fn photons_by_maps_bring_the_same_light() {
     let Some(mut bench) = Bench::of(&builtin::caustics()) else { return };
     let settings = Settings { photons: 20_000, frames: 4, layers: vec![Layer::Indirect], ..small() };
     let even = bench.render("tiled", &settings);
-    let mapped = bench.render("tiled", &Settings { emission_maps: Some(64), ..settings });
+    let mapped = bench.render("tiled", &Settings { emission_maps: Some(RsmSettings::new(64)), ..settings });
     let drawn = |rendered: &Rendered| rendered.passes.iter().any(|pass| pass.name == "rsm_map");
     assert!(drawn(&mapped) && !drawn(&even), "maps are drawn where they are asked for");
     let stored = [&even, &mapped].map(|rendered| rendered.photons.map_or(0, |photons| photons.stored));

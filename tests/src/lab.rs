@@ -7,7 +7,8 @@ use lightloom_graph::{Executor, FrameOutput, Gpu, Graph, Handle, Memory, Readbac
 use lightloom_passes::scene::{Camera, Emission, GpuScene, Scene, SceneHandles};
 use lightloom_passes::{
     CameraUniform, DirectLight, DirectSettings, GBuffer, GBufferPass, PathSettings, PathTrace, Photon, PhotonSettings,
-    PhotonState, PhotonTracing, Photons, Ray, RayBackend, RayHit, Rsm, TraceRays, Visibility, radiance_desc, shaders,
+    PhotonState, PhotonTracing, Photons, Ray, RayBackend, RayHit, Rsm, RsmSettings, TraceRays, Visibility, radiance_desc,
+    shaders,
 };
 use lightloom_strategies::{Exact, FrameInputs, HashGrid, Strategy, Tiled};
 
@@ -70,8 +71,8 @@ pub struct Traced {
 pub struct Frame {
     /// The photons.
     pub photons: PhotonSettings,
-    /// Side of the reflective shadow maps that they follow, if any.
-    pub maps: Option<u32>,
+    /// The reflective shadow maps that they follow, if any.
+    pub maps: Option<RsmSettings>,
     /// Sum in a fixed order.
     pub deterministic: bool,
 }
@@ -215,11 +216,11 @@ impl Lab {
         traced(&output, reads)
     }
 
-    /// Traces photons that follow reflective shadow maps of side `side` and reads them back.
-    pub fn photons_by_maps(&mut self, scene: &GpuScene, settings: &PhotonSettings, side: u32) -> Traced {
+    /// Traces photons that follow reflective shadow maps and reads them back.
+    pub fn photons_by_maps(&mut self, scene: &GpuScene, settings: &PhotonSettings, maps: RsmSettings) -> Traced {
         let mut graph = Graph::new("photons");
         let handles = scene.declare(&mut graph);
-        let photons = self.trace_by_maps(&mut graph, scene, &handles, settings, side);
+        let photons = self.trace_by_maps(&mut graph, scene, &handles, settings, maps);
         let reads = read_photons(&mut graph, &photons);
         let output = self.run(graph);
         traced(&output, reads)
@@ -231,10 +232,10 @@ impl Lab {
         scene: &GpuScene,
         handles: &SceneHandles,
         settings: &PhotonSettings,
-        side: u32,
+        maps: RsmSettings,
     ) -> Photons {
         let rsm = Rsm::new(&self.sources).expect("the maps' shaders are valid");
-        let maps = rsm.add(graph, handles, &scene.info(), side);
+        let maps = rsm.add(graph, handles, &scene.info(), maps);
         self.tracing.add_from(graph, handles, &scene.info(), settings, &rsm.source(&maps))
     }
 
@@ -249,7 +250,7 @@ impl Lab {
         let gbuffer = self.gbuffer(&mut graph, scene, &handles, &camera);
         let photons = match frame.maps {
             None => self.tracing.add(&mut graph, &handles, &scene.info(), &frame.photons),
-            Some(side) => self.trace_by_maps(&mut graph, scene, &handles, &frame.photons, side),
+            Some(maps) => self.trace_by_maps(&mut graph, scene, &handles, &frame.photons, maps),
         };
         self.gather(graph, scene, &handles, &camera, (&gbuffer, &photons), frame, strategies)
     }

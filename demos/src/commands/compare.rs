@@ -155,6 +155,7 @@ pub(super) fn describe(scene: &SceneArgs, layer: Layer, session: &Session) -> Re
             bounces: scene.bounces,
             frames: scene.frames,
             emission: scene.emission.name().to_owned(),
+            first_hit: scene.first_hit.name().to_owned(),
             photon_store: PhotonStore::from(scene.photon_store).name().to_owned(),
             seed: scene.seed,
             radius: scene.radius,

@@ -82,6 +82,7 @@ fn header(results: &Results) -> String {
         ("frames", settings.frames.to_string()),
         ("seed", settings.seed.to_string()),
         ("emission", settings.emission.clone()),
+        ("first hits", settings.first_hit.clone()),
         ("photon store", settings.photon_store.clone()),
         ("materials", settings.materials.clone()),
     ];

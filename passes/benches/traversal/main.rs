@@ -179,7 +179,7 @@ fn camera_rays(scene: &Scene) -> Result<Vec<Ray>, Box<dyn Error>> {
         let ndc = [(x as f32 + 0.5) / WIDTH as f32 * 2.0 - 1.0, 1.0 - (y as f32 + 0.5) / HEIGHT as f32 * 2.0];
         let view = Vec3::new(ndc[0] * tan * aspect, ndc[1] * tan, -1.0);
         let direction = camera.world_from_view.transform_vector3(view).normalize();
-        Ray { origin: camera.position_world().to_array(), t_max: f32::MAX, direction: direction.to_array(), pad0: 0 }
+        Ray { origin: camera.position_world().to_array(), t_max: f32::MAX, direction: direction.to_array(), seen: 0 }
     };
     Ok((0..WIDTH * HEIGHT).map(ray).collect())
 }
@@ -208,7 +208,7 @@ fn bounce_rays(scene: &Scene, rays: &[Ray], hits: &[RayHit]) -> Vec<Ray> {
             };
             let on = (normal + 0.9999 * sphere).normalize();
             let from = origin + direction * hit.t + normal * 1e-3;
-            Ray { origin: from.to_array(), t_max: f32::MAX, direction: on.to_array(), pad0: 0 }
+            Ray { origin: from.to_array(), t_max: f32::MAX, direction: on.to_array(), seen: 0 }
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! Photons leave the lights by the maps.
 
-use super::RsmMaps;
+use super::{FirstHit, RsmMaps};
 use crate::scene::{Emission, SceneHandles, SceneInfo};
 use crate::{LightInfo, PathBuffers, PhotonBatch, PhotonEmit, PhotonSource, SceneShader};
 use lightloom_graph::{Graph, ShaderError, WgslSources, shader_struct};
@@ -13,9 +13,9 @@ shader_struct! {
         count: u32,
         seed: u32,
         maps: u32,
+        first_hits: u32,
         pad0: u32,
         pad1: u32,
-        pad2: u32,
     }
 }
 
@@ -23,7 +23,7 @@ shader_struct! {
 #[derive(Clone, Debug)]
 pub(super) struct RsmEmit {
     shader: SceneShader,
-    /// For scenes without punctual lights.
+    /// For scenes whose light is all from the environment, or none.
     uniform: PhotonEmit,
 }
 
@@ -47,11 +47,13 @@ impl PhotonSource for RsmSource<'_> {
         }
         let PhotonBatch { emitted, first, count, seed } = batch;
         let maps = self.maps.count;
+        let first_hits = (self.maps.first_hit == FirstHit::Map).into();
         // Maps steer; guides would do so too.
         let lights = (&info.with_emission(Emission::Uniform)).into();
-        let params = RsmEmitParams { lights, emitted, first, count, seed, maps, pad0: 0, pad1: 0, pad2: 0 };
+        let params = RsmEmitParams { lights, emitted, first, count, seed, maps, first_hits, pad0: 0, pad1: 0 };
         scene
             .bind(graph.compute(&self.emit.shader.variant(scene)).params(&params))
+            .read("held", &self.maps.held)
             .read("importance", &self.maps.importance)
             .write("rays", &mut out.rays)
             .write("paths", &mut out.paths)

@@ -175,6 +175,32 @@ shader_struct! {
     }
 }
 
+shader_struct! {
+    /// Lights that follow one map: a punctual light, or a piece of an emissive surface (32 bytes).
+    pub struct LightGroup {
+        /// Unit: normal of the piece's first triangle; zero of a punctual light.
+        pub axis: [f32; 3],
+        /// Index of its first light.
+        pub first: u32,
+        /// Lights.
+        pub count: u32,
+        /// Share of the photons that they have together.
+        pub photon_probability: f32,
+        /// Index of the first of its [`LightView`]s.
+        pub first_view: u32,
+        /// Its views; 0: it is not rasterised.
+        pub view_count: u32,
+    }
+}
+
+shader_struct! {
+    /// What a light sees, as one picture (64 bytes).
+    pub struct LightView {
+        /// World to clip space; depth 1 is nearest.
+        pub clip_from_world: [[f32; 4]; 4],
+    }
+}
+
 /// Values of [`Light::kind`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
@@ -283,6 +309,7 @@ mod tests {
         assert_eq!(size_of::<TextureSlot>(), 48);
         assert_eq!(size_of::<Material>(), 80 + 4 * 48);
         assert_eq!(size_of::<Light>(), 128);
+        assert_eq!(size_of::<LightGroup>(), 32);
         // WGSL aligns vec3 and structs that hold one to 16 bytes.
         assert_eq!(std::mem::offset_of!(Material, base_color_texture) % 16, 0);
         assert_eq!(std::mem::offset_of!(Light, guide_center) % 16, 0);

@@ -1,12 +1,13 @@
-//! The light list: punctual lights, then emissive triangles, then the environment, selected for direct light in proportion
-//! to their power and given photons by [`PhotonBudget`].
+//! The light list: punctual lights, then emissive triangles, piece by piece, then the environment, selected for direct light in
+//! proportion to their power and given photons by [`PhotonBudget`].
 //!
 //! The probability of a light is the step of the cumulative distribution *after* rounding to 32 bits,
 //! so that weights 1/p fit exactly what a search in that distribution selects.
 
 use super::budget::{Lamp, PhotonBudget, divide, shares};
-use super::gpu_types::{Light as GpuLight, LightKind, NONE};
+use super::gpu_types::{Light as GpuLight, LightGroup, LightKind, NONE};
 use super::guides::{Sphere, guides};
+use super::light_groups::{Group, pieces, strongest};
 use super::{Environment, Light, Material, Scene, Triangle, light::ordered_cosines};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
@@ -28,6 +29,8 @@ pub(super) struct LightList {
     pub(super) of_triangle: Vec<u32>,
     /// Which lights are one lamp, and how photons are shared.
     pub(super) budget: PhotonBudget,
+    /// Lights that maps steer as one.
+    pub(super) groups: Vec<LightGroup>,
 }
 
 /// Points per side of the grid on which a textured triangle's emission is averaged.
@@ -58,9 +61,11 @@ impl LightList {
         }
         let punctual_count = entries.len() as u32;
 
+        let mut groups: Vec<Group> = (0..punctual_count).map(|first| Group { first, count: 1, axis: Vec3::ZERO }).collect();
+
         let mut lamp_of_material: HashMap<u32, u32> = HashMap::new();
         let mut image_means = HashMap::new();
-        let mut of_triangle = vec![NONE; scene.triangles.len()];
+        let mut surfaces: Vec<Entry> = Vec::new();
         for (index, triangle) in scene.triangles.iter().enumerate() {
             let Some(material) = scene.materials.get(triangle.material as usize) else { continue };
             let radiance = mean_radiance(scene, triangle, material, &mut image_means);
@@ -70,11 +75,15 @@ impl LightList {
             if !(power.is_finite() && power.max_element() > 0.0 && triangle.is_sound()) {
                 continue;
             }
-            of_triangle[index] = entries.len() as u32;
             let lamp = *lamp_of_material
                 .entry(triangle.material)
                 .or_insert_with(|| add_lamp(material_name(scene, triangle.material), LightKind::Triangle));
-            entries.push(Entry { light: emissive(triangle, index as u32, radiance, material.double_sided), power, lamp });
+            surfaces.push(Entry { light: emissive(triangle, index as u32, radiance, material.double_sided), power, lamp });
+        }
+        append_pieces(scene, surfaces, &mut entries, &mut groups);
+        let mut of_triangle = vec![NONE; scene.triangles.len()];
+        for (index, entry) in entries.iter().enumerate().skip(punctual_count as usize) {
+            of_triangle[entry.light.triangle as usize] = index as u32;
         }
         if let Some(environment) = &scene.environment {
             let lamp = add_lamp(ENVIRONMENT.into(), LightKind::Environment);
@@ -90,6 +99,7 @@ impl LightList {
         give_photons(&mut entries, &lamps, 0);
         let starts = entries.iter().map(|entry| entry.light.photon_start[0]).collect();
         let lamp_of = entries.iter().map(|entry| entry.lamp).collect();
+        let groups = strongest(&groups, |light| entries[light as usize].light.photon_probability[0]);
 
         let guides = if punctual_count > 0 { guides(scene) } else { Vec::new() };
         for index in 0..punctual_count as usize {
@@ -104,7 +114,24 @@ impl LightList {
             total_power,
             of_triangle,
             budget: PhotonBudget::new(lamps, lamp_of, starts),
+            groups,
         }
+    }
+}
+
+/// Appends the triangles of `surfaces` to `entries`, piece by piece within a lamp, and the pieces to `groups`.
+fn append_pieces(scene: &Scene, surfaces: Vec<Entry>, entries: &mut Vec<Entry>, groups: &mut Vec<Group>) {
+    let triangles: Vec<_> = surfaces.iter().map(|entry| &scene.triangles[entry.light.triangle as usize]).collect();
+    let mut in_pieces: Vec<_> = pieces(&triangles).into_iter().zip(surfaces).collect();
+    in_pieces.sort_by_key(|(piece, entry)| (entry.lamp, *piece));
+    let mut last = None;
+    for (piece, entry) in in_pieces {
+        match groups.last_mut().filter(|_| last == Some(piece)) {
+            Some(group) => group.count += 1,
+            None => groups.push(Group { first: entries.len() as u32, count: 1, axis: entry.light.direction.into() }),
+        }
+        last = Some(piece);
+        entries.push(entry);
     }
 }
 

@@ -21,7 +21,9 @@ mod environment;
 mod error;
 mod guides;
 mod light;
+mod light_groups;
 mod light_list;
+mod light_views;
 mod load;
 mod material;
 mod mesh;
@@ -148,6 +150,10 @@ pub struct SceneInfo {
     pub light_count: u32,
     /// Punctual lights; they come first in the list.
     pub punctual_count: u32,
+    /// Groups of lights that maps can steer: punctual lights and pieces of emissive surfaces.
+    pub light_group_count: u32,
+    /// Views that show, rasterised, what points, spots and directional lights meet.
+    pub light_view_count: u32,
     /// Spheres around what refracts or mirrors, which guided emission aims at.
     pub guide_count: u32,
     /// How photons leave the lights.

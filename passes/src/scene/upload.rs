@@ -1,9 +1,10 @@
-//! The scene on the GPU: five storage buffers, an array texture and the environment's map, imported into each frame's graph.
+//! The scene on the GPU: seven storage buffers, an array texture and the environment's map, imported into each frame's graph.
 
 use super::acceleration::{self, Acceleration};
 use super::environment::Map;
-use super::gpu_types::{BvhTriangle, Light, Material, NONE, TriangleAttributes};
+use super::gpu_types::{BvhTriangle, Light, LightGroup, LightView, Material, NONE, TriangleAttributes};
 use super::light_list::LightList;
+use super::light_views::views;
 use super::pages::Pages;
 use super::writer::{Resident, Writer};
 use super::{Bvh, BvhStats, Emission, PhotonBudget, Scene, SceneError, SceneInfo, SceneTraits};
@@ -41,6 +42,8 @@ struct Pose {
     bvh_triangles: Resident,
     triangles: Resident,
     lights: Resident,
+    light_groups: Resident,
+    light_views: Resident,
     budget: PhotonBudget,
     info: SceneInfo,
 }
@@ -58,6 +61,10 @@ pub struct SceneHandles {
     pub materials: Handle<Buffer>,
     /// `array<Light>`; one entry without probability when the scene has no light.
     pub lights: Handle<Buffer>,
+    /// `array<LightGroup>` in the order of their lights; one empty entry where there is none.
+    pub light_groups: Handle<Buffer>,
+    /// `array<LightView>`; one of zeros where there is none.
+    pub light_views: Handle<Buffer>,
     /// All texels, rgba8unorm; view it as rgba8unorm-srgb for `texels_srgb`.
     pub texels: Handle<Texture>,
     /// The environment's map and how to draw from it, rgba32float; see `shared/environment.wgsl`.
@@ -219,10 +226,10 @@ impl GpuScene {
     /// Imports the scene into a frame's graph.
     pub fn declare(&self, graph: &mut Graph<'_>) -> SceneHandles {
         let mut import = |resident: &Resident| graph.import_buffer(resident.name, resident.desc.clone(), resident.buffer.clone());
-        let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &self.pose;
+        let Pose { bvh_nodes, bvh_triangles, triangles, lights, light_groups, light_views, .. } = &self.pose;
         let (bvh_nodes, bvh_triangles) = (import(bvh_nodes), import(bvh_triangles));
         let (triangles, materials) = (import(triangles), import(&self.materials));
-        let lights = import(lights);
+        let (lights, light_groups, light_views) = (import(lights), import(light_groups), import(light_views));
         let (texture, desc) = &self.texels;
         let texels = graph.import_texture("texels", desc.clone(), texture.clone());
         let (texture, desc) = &self.environment;
@@ -236,6 +243,8 @@ impl GpuScene {
             triangles,
             materials,
             lights,
+            light_groups,
+            light_views,
             texels,
             environment,
             ray_query_scene,
@@ -256,8 +265,11 @@ impl GpuScene {
 
     /// Bytes that the scene takes on the GPU, less the acceleration structure, whose size wgpu does not tell.
     pub fn bytes(&self) -> u64 {
-        let Pose { bvh_nodes, bvh_triangles, triangles, lights, .. } = &self.pose;
-        [bvh_nodes, bvh_triangles, triangles, &self.materials, lights].iter().map(|resident| resident.desc.size).sum::<u64>()
+        let Pose { bvh_nodes, bvh_triangles, triangles, lights, light_groups, light_views, .. } = &self.pose;
+        [bvh_nodes, bvh_triangles, triangles, &self.materials, lights, light_groups, light_views]
+            .iter()
+            .map(|resident| resident.desc.size)
+            .sum::<u64>()
             + self.texels.1.bytes()
             + self.environment.1.bytes()
     }
@@ -273,7 +285,8 @@ impl Pose {
         old: Option<&Self>,
     ) -> Result<Self, SceneError> {
         let (bounds_center, bounds_radius) = scene.bounding_sphere();
-        let list = LightList::new(scene, bounds_radius);
+        let mut list = LightList::new(scene, bounds_radius);
+        let all_views = views(&mut list.groups, &list.lights, bounds_center, bounds_radius);
         let light_of = |index: usize| list.of_triangle.get(index).copied().unwrap_or(NONE);
         let bvh_nodes = to.array("bvh_nodes", old.map(|old| &old.bvh_nodes), bvh.nodes())?;
         let in_leaf_order = bvh.leaf_order().iter().map(|&index| {
@@ -297,17 +310,24 @@ impl Pose {
         let none = Light { material: NONE, triangle: NONE, ..Light::default() };
         let all: &[Light] = if list.lights.is_empty() { &[none] } else { &list.lights };
         let lights = to.array("lights", old.map(|old| &old.lights), all.iter().copied())?;
+        let groups: &[LightGroup] = if list.groups.is_empty() { &[LightGroup::default()] } else { &list.groups };
+        let light_groups = to.array("light_groups", old.map(|old| &old.light_groups), groups.iter().copied())?;
+        let light_view_count = all_views.len() as u32;
+        let light_views: &[LightView] = if all_views.is_empty() { &[LightView::default()] } else { &all_views };
+        let light_views = to.array("light_views", old.map(|old| &old.light_views), light_views.iter().copied())?;
         let info = SceneInfo {
             bounds_center,
             bounds_radius,
             triangle_count: scene.triangles.len() as u32,
             light_count: list.light_count,
             punctual_count: list.punctual_count,
+            light_group_count: list.groups.len() as u32,
+            light_view_count,
             guide_count: list.guide_count,
             emission: Emission::Uniform,
             total_power: list.total_power,
         };
-        Ok(Self { bvh_nodes, bvh_triangles, triangles, lights, budget: list.budget, info })
+        Ok(Self { bvh_nodes, bvh_triangles, triangles, lights, light_groups, light_views, budget: list.budget, info })
     }
 }
 

@@ -4,8 +4,7 @@
 // outside wgpu, as is the pipeline; see `ray_pipeline` in `lightloom-passes`.
 enable wgpu_ray_tracing_pipeline;
 enable primitive_index;
-#import "shared/hit.wgsl"
-#import "shared/rays.wgsl"
+#import "shared/hit_seen.wgsl"
 
 @group(0) @binding(0) var<storage, read> live: LivePaths;
 @group(0) @binding(1) var<storage, read> rays: array<Ray>;
@@ -84,13 +83,16 @@ fn trace_rays(@builtin(ray_invocation_id) id: vec3u, @builtin(num_ray_invocation
         return;
     }
     let ray = rays[i];
-    // Where the ray is none, naga traces nothing.
-    asked = Found(ray.t_max, NO_HIT);
-    traceRay(ray_pipeline_scene, RayDesc(RAY_FLAG_NONE, 0xffu, 0.0, ray.t_max, ray.origin, ray.direction), &asked);
-    if asked.index == NO_HIT {
-        hits[i] = RayHit(ray.t_max, NO_HIT, vec2f(0.0));
-        return;
+    var hit = hit_seen(ray);
+    if hit.index == NO_HIT {
+        // Where the ray is none, naga traces nothing.
+        asked = Found(ray.t_max, NO_HIT);
+        traceRay(ray_pipeline_scene, RayDesc(RAY_FLAG_NONE, 0xffu, 0.0, ray.t_max, ray.origin, ray.direction), &asked);
+        if asked.index == NO_HIT {
+            hits[i] = RayHit(ray.t_max, NO_HIT, vec2f(0.0));
+            return;
+        }
+        hit = refined_hit(asked.t, asked.index, ray.origin, ray_axes(ray.direction));
     }
-    let hit = refined_hit(asked.t, asked.index, ray.origin, ray_axes(ray.direction));
     hits[i] = RayHit(hit.t, bvh_triangles[hit.index].id & ~ALPHA_TESTED, hit.uv);
 }

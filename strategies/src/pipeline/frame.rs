@@ -142,14 +142,14 @@ impl Pipeline {
         wanted: &PhotonSettings,
     ) -> Result<Photons, StrategyError> {
         let Frame { scene, info, settings, .. } = *frame;
-        let Some(side) = settings.emission_maps else {
+        let Some(maps) = settings.emission_maps else {
             return Ok(self.photons.add(graph, scene, info, wanted));
         };
         let rsm = match &mut self.rsm {
             Some(rsm) => rsm,
             none => none.insert(Rsm::new(&self.sources)?),
         };
-        let maps = rsm.add(graph, scene, info, side);
+        let maps = rsm.add(graph, scene, info, maps);
         Ok(self.photons.add_from(graph, scene, info, wanted, &rsm.source(&maps)))
     }
 

@@ -1,7 +1,7 @@
 //! What a rendering is asked for.
 
 use crate::StrategyError;
-use lightloom_passes::PhotonSettings;
+use lightloom_passes::{PhotonSettings, RsmSettings};
 
 /// An image of one part of the light, or of the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,9 +56,9 @@ pub struct Settings {
     /// Records the photon store holds (32 or 20 B each, see [`PhotonStore`](lightloom_passes::PhotonStore)). `None`: enough for most scenes, within WebGPU's limits; what does
     /// not fit is counted in [`Rendered::photons`](crate::Rendered::photons) and warned of.
     pub photon_capacity: Option<u32>,
-    /// Side (texels) of the reflective shadow maps by which punctual lights send photons to bright surfaces, see
-    /// [`Rsm`](lightloom_passes::Rsm); each costs its texels in rays, every frame. `None`: lights send them evenly.
-    pub emission_maps: Option<u32>,
+    /// The reflective shadow maps by which lights send photons to bright surfaces, see [`Rsm`](lightloom_passes::Rsm); each costs
+    /// its texels in rays, every frame. `None`: lights send them evenly.
+    pub emission_maps: Option<RsmSettings>,
     /// Surfaces that light may be scattered at before it reaches the visible point.
     pub bounces: u32,
     /// Seed of everything drawn at random; the same seed gives the same photons in the same order.

@@ -226,6 +226,7 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
     let mut buffer = |name| graph.import_buffer(name, BufferDesc::words(4), None);
     let (bvh_nodes, bvh_triangles, triangles) = (buffer("bvh_nodes"), buffer("bvh_triangles"), buffer("triangles"));
     let (materials, lights) = (buffer("materials"), buffer("lights"));
+    let (light_groups, light_views) = (buffer("light_groups"), buffer("light_views"));
     let texels = graph.import_texture("texels", TextureDesc::new_2d([1, 1], wgpu::TextureFormat::Rgba8Unorm), None);
     let environment = graph.import_texture("environment", TextureDesc::new_2d([2, 1], POSITION), None);
     let traits = SceneTraits::default();
@@ -235,6 +236,8 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
         triangles,
         materials,
         lights,
+        light_groups,
+        light_views,
         texels,
         environment,
         ray_query_scene: None,

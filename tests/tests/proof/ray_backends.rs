@@ -151,7 +151,7 @@ fn degenerate_triangles_are_met_by_both_or_by_neither() {
                 (0.1 * sliver as f32 + 0.4 * 10.0_f32.powi(-sliver), 0.5)
             };
             let (y, direction) = if down { (1.5, Vec3::NEG_Y) } else { (-0.5, Vec3::Y) };
-            Ray { origin: [x, y, z], t_max: 3e38, direction: direction.to_array(), pad0: 0 }
+            Ray { origin: [x, y, z], t_max: 3e38, direction: direction.to_array(), seen: 0 }
         }));
         let hits = both(&mut lab, &scene, &rays, backend);
         compare_all(&scene.name, &rays, &hits, extent(&scene));
@@ -229,7 +229,7 @@ fn alpha_lets_the_same_rays_pass() {
             .map(|i| {
                 let through = Vec3::new(spread(i, 0) as f32, spread(i, 1) as f32, 0.0);
                 let direction = if i % 4 == 0 { Vec3::NEG_Z } else { through - Vec3::new(0.5, 0.4, 2.0) };
-                Ray { origin: (through - direction).to_array(), t_max: 3e38, direction: direction.to_array(), pad0: 0 }
+                Ray { origin: (through - direction).to_array(), t_max: 3e38, direction: direction.to_array(), seen: 0 }
             })
             .collect();
         let hits = both(&mut lab, &scene, &rays, backend);

@@ -22,8 +22,8 @@
 //! 3,300, and 0.003 n are allowed. The seed is fixed; after a change of the random numbers judge by the mean and the rms before
 //! the count.
 
-use lightloom_passes::PhotonSettings;
 use lightloom_passes::scene::Scene;
+use lightloom_passes::{PhotonSettings, RsmSettings};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, by_name};
 use lightloom_tests::reference::Reference;
 use lightloom_tests::{Frame, Image, Lab, Mean, Pixels, View, strategies};
@@ -195,7 +195,7 @@ fn light_tracing_adds_what_the_reference_says() {
 ///
 /// Kernels reach over edges and miss light there: of a surface of some metres a share of P M₁/(πA) ≈ r/m. So radii of 3 to 5 cm keep the
 /// bias within 1 or 2 %, and what is left is the noise of the mean, of `frames` times `emitted` photons; it is printed with the mean.
-fn assert_strategies_agree(name: &str, halvings: u32, frames: u32, emitted: u32, radius: f32, maps: Option<u32>) {
+fn assert_strategies_agree(name: &str, halvings: u32, frames: u32, emitted: u32, radius: f32, maps: Option<RsmSettings>) {
     let Some(mut lab) = Lab::open() else { return };
     let Some(mut reference) = Reference::load(name, halvings) else { return };
     if name == "sponza" {
@@ -239,5 +239,5 @@ fn strategies_agree_in_mean() {
 /// Most photons of the sun would stay on the roof: they follow maps. The mean is known to 1.4 % then, less well than in the small scenes.
 #[test]
 fn strategies_agree_in_mean_in_sponza() {
-    assert_strategies_agree("sponza", 1, 24, 200_000, 0.05, Some(256));
+    assert_strategies_agree("sponza", 1, 24, 200_000, 0.05, Some(RsmSettings::default()));
 }

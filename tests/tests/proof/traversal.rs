@@ -32,7 +32,7 @@ pub(crate) fn rays(scene: &Scene) -> Vec<Ray> {
                 _ => {}
             }
             let origin = least + (most - least) * u;
-            Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), pad0: 0 }
+            Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), seen: 0 }
         })
         .collect()
 }
@@ -121,7 +121,7 @@ pub(crate) fn to_edges(scene: &Scene, origin: Vec3) -> Vec<Ray> {
     (scene.triangles.iter())
         .flat_map(|triangle| (0..3).map(move |i| (triangle.positions_world[i], triangle.positions_world[(i + 1) % 3])))
         .flat_map(|(a, b)| [0.0, 0.5, 0.25, 0.1, 0.77].map(|s| a.lerp(b, s) - origin))
-        .map(|direction| Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), pad0: 0 })
+        .map(|direction| Ray { origin: origin.to_array(), t_max: 3e38, direction: direction.to_array(), seen: 0 })
         .collect()
 }
 
