@@ -181,10 +181,11 @@ fn ray_entries() -> Vec<wgpu::BindGroupLayoutEntry> {
 
 /// Group 1: of `shared/scene_bindings.wgsl` what the shaders use, and the structure.
 fn scene_entries() -> Vec<wgpu::BindGroupLayoutEntry> {
-    let (generation, any) = (ShaderStages::RAY_GENERATION, ShaderStages::ANY_HIT);
+    // Alpha is looked at in both: where a ray brings the triangle that it has seen, it is not traced.
+    let both = ShaderStages::RAY_GENERATION | ShaderStages::ANY_HIT;
     let texture = |binding| wgpu::BindGroupLayoutEntry {
         binding,
-        visibility: any,
+        visibility: both,
         ty: wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable: false },
             view_dimension: wgpu::TextureViewDimension::D2Array,
@@ -194,11 +195,11 @@ fn scene_entries() -> Vec<wgpu::BindGroupLayoutEntry> {
     };
     let structure = wgpu::BindGroupLayoutEntry {
         binding: 8,
-        visibility: generation,
+        visibility: ShaderStages::RAY_GENERATION,
         ty: wgpu::BindingType::AccelerationStructure { vertex_return: false },
         count: None,
     };
-    vec![storage(1, generation | any, true), storage(2, any, true), storage(3, any, true), texture(5), texture(6), structure]
+    vec![storage(1, both, true), storage(2, both, true), storage(3, both, true), texture(5), texture(6), structure]
 }
 
 /// Where hal puts the variables of both groups: one behind the other.
