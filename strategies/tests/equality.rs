@@ -1,4 +1,4 @@
-//! `exact` is what its formula says; `tiled` and `hash-grid` are `exact`, but for the order of summation. On photons and
+//! `exact` is what its formula says; `tiled`, `hash-grid` and `sorted-grid` are `exact`, but for the order of summation. On photons and
 //! a G-buffer made on the CPU, with constant and with varying radii.
 
 mod common;
@@ -129,7 +129,7 @@ fn density_estimate(position: &[f32; 4], surface: &[u32; 4], photons: &[Photon],
 }
 
 #[test]
-fn tiled_and_hash_grid_equal_exact() {
+fn all_strategies_equal_exact() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
     for (place, camera) in views() {
@@ -138,7 +138,7 @@ fn tiled_and_hash_grid_equal_exact() {
             let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
             let light: f32 = exact.indirect.iter().map(|pixel| pixel[0]).sum();
             assert_eq!(light > 0.0, place != "turned away", "{place}: {light}");
-            for name in ["tiled", "hash-grid"] {
+            for name in ["tiled", "hash-grid", "sorted-grid"] {
                 let images = bench.run(&mut *strategy(name, radii), &view, &photons, 2500, false);
                 assert_equal(&exact, &images, &format!("{name}, {place}, {radii:?}"));
                 let dropped = images.stats.iter().find(|(name, _)| *name == "entries_dropped");
@@ -153,7 +153,7 @@ fn no_photons_no_light() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(0);
     let view = View::new(views()[0].1, floor_and_wall);
-    for name in ["exact", "tiled", "hash-grid"] {
+    for name in ["exact", "tiled", "hash-grid", "sorted-grid"] {
         let images = bench.run(&mut *strategy(name, &RADII[0]), &view, &photons, 0, true);
         assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{name} finds light in rubbish");
     }
@@ -164,7 +164,7 @@ fn deterministic_runs_give_equal_bits() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
     let view = View::new(views()[1].1, floor_and_wall);
-    for name in ["exact", "tiled", "hash-grid"] {
+    for name in ["exact", "tiled", "hash-grid", "sorted-grid"] {
         let mut strategy = strategy(name, &RADII[1]);
         let first = bench.run(&mut *strategy, &view, &photons, 2500, true);
         for _ in 0..2 {
