@@ -5,13 +5,13 @@
 //! offsets = prefix sum of count
 //! for each photon P:  entries[offsets[b] + rank[P]] = P;  then copy the photons into that order
 //! for each pixel (x, y) with visible point X:
-//!     for each row of cells within r_max of X:                                       # 4 to 25, along the world's x axis
+//!     for each row of cells within r_max of X:                                       # up to 4, along the world's x axis
 //!         first, last = cells where the row enters and leaves the search sphere
 //!         image[x, y] += contribution of P at X, for each P of offsets[bucket(first)] .. offsets[bucket(last) + 1]
 //! ```
 //!
 //! The counting sort of [Hoetzlein14]: no lists to link, no slots to probe, no room to run out of. A grid over a whole scene is mostly
-//! empty, so the rows are laid over one another in a table about as long as there are photons:
+//! empty, so the rows are laid over one another in a table no longer than there are photons:
 //!
 //! ```text
 //! bucket(x, y, z) = (y · stride_y + z · stride_z) mod 2ᵏ + x
@@ -59,8 +59,9 @@ const CELLS_PER_WIDTH: f32 = 4.0;
 const MAX_CELLS: f32 = 1e6;
 /// Two cell coordinates are rounded by 2 · 2⁻²⁴ of their size each, and by half of that where they are subtracted.
 const ROUNDING: f32 = 5.0 / 16_777_216.0;
-/// Width of the search sphere in rows: automatic, and at the most.
-const AUTO_ROWS: u32 = 2;
+/// Width of the search sphere in rows: automatic, and at the most. More rows than one test fewer photons in vain, but runs of a few
+/// photons leave threads that run in lockstep waiting for one another, which costs more.
+const AUTO_ROWS: u32 = 1;
 const MAX_ROWS: u32 = 4;
 /// Bits of the number of buckets: enough that the rows of a neighbourhood lie apart, and 64 MiB of offsets.
 const MIN_BUCKET_BITS: u32 = 12;
@@ -114,10 +115,10 @@ pub struct SortedGridConfig {
     /// Kernel radii (m). The cells follow `r_max`.
     pub radius: KernelRadius,
     /// Rows of cells across the widest kernel, 1 to 4; a pixel looks up to one row more along either axis. More rows test fewer photons
-    /// in vain and make more look-ups. Automatic: 2.
+    /// in vain, make more look-ups, and need more buckets. Automatic: 1.
     pub rows: Option<u32>,
     /// The table has 2 to this power of buckets, 12 to 24, 8 bytes each, and one row more. Fewer mix more cells in one bucket, which
-    /// costs time and nothing else. Automatic: about one bucket for each photon there is room for.
+    /// costs time and nothing else. Automatic: a bucket for one to two emitted photons.
     pub bucket_bits: Option<u32>,
 }
 
@@ -222,7 +223,7 @@ impl Strategy for SortedGrid {
         let photons = frame.need_photons(Self::NAME)?;
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
         let reach = reach(frame.info, radii);
-        let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.capacity));
+        let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted));
         let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), bits);
 
         let mut lists = self.lists(graph, photons, grid);
@@ -303,9 +304,9 @@ fn extent(scene: &SceneInfo) -> f32 {
     (2.0 * scene.bounds_radius).max(1e-20)
 }
 
-/// About a bucket for each photon.
+/// A bucket for one to two photons.
 fn automatic_bits(photons: u32) -> u32 {
-    photons.clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
+    (photons / 2).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
 }
 
 /// The grid for a search sphere `rows` rows wide, and 2 to the power `bucket_bits` places where rows begin.
@@ -382,7 +383,7 @@ mod tests {
 
     #[test]
     fn tables_follow_the_photons() {
-        for (photons, bits) in [(0, 12), (1, 12), (4096, 12), (4097, 13), (1_000_000, 20), (u32::MAX, 24)] {
+        for (photons, bits) in [(0, 12), (1, 12), (8192, 12), (8194, 13), (1_000_000, 19), (u32::MAX, 24)] {
             assert_eq!(automatic_bits(photons), bits, "{photons} photons");
         }
     }

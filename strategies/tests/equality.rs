@@ -148,6 +148,52 @@ fn all_strategies_equal_exact() {
     }
 }
 
+/// Rows of every width over tables from one so small that every bucket holds photons of many cells.
+#[test]
+fn sorted_grids_of_any_shape_equal_exact() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views()[1].1, floor_and_wall);
+    for radii in &RADII[..2] {
+        let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
+        for (rows, bits) in [("1", "14"), ("2", "12"), ("3", "13"), ("4", "12")] {
+            let settings = [radii[0], radii[1], ("rows", rows), ("bucket_bits", bits)];
+            let images = bench.run(&mut *strategy("sorted-grid", &settings), &view, &photons, 2500, false);
+            assert_equal(&exact, &images, &format!("{rows} rows, {bits} bits, {radii:?}"));
+        }
+    }
+}
+
+/// Radii of some cells, of a hundred thousand cells to the scene, of five times the scene: fewer photons than 3000 in all.
+#[test]
+fn kernels_from_tiny_to_wider_than_the_scene_equal_exact() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views()[1].1, floor_and_wall);
+    for (radius, lit) in [("0.02", true), ("1e-6", false), ("100", true)] {
+        let exact = bench.run(&mut *strategy("exact", &[("radius", radius)]), &view, &photons, 2500, false);
+        assert_eq!(exact.indirect.iter().any(|pixel| pixel[0] > 0.0), lit, "{radius} m");
+        for name in ["tiled", "hash-grid", "sorted-grid"] {
+            let images = bench.run(&mut *strategy(name, &[("radius", radius)]), &view, &photons, 2500, false);
+            assert_equal(&exact, &images, &format!("{name}, {radius} m"));
+        }
+    }
+    let images = bench.run(&mut *strategy("sorted-grid", &[("radius", "3e38")]), &view, &photons, 2500, false);
+    assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "light over an infinite area is none");
+}
+
+#[test]
+fn one_photon_is_one_term() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(1);
+    let view = View::new(views()[0].1, floor_and_wall);
+    let exact = bench.run(&mut *strategy("exact", &RADII[2]), &view, &photons, 1, false);
+    assert!(exact.indirect.iter().any(|pixel| pixel[0] > 0.0), "the photon is seen");
+    for name in ["tiled", "hash-grid", "sorted-grid"] {
+        assert_equal(&exact, &bench.run(&mut *strategy(name, &RADII[2]), &view, &photons, 1, false), name);
+    }
+}
+
 #[test]
 fn no_photons_no_light() {
     let Some(mut bench) = Bench::new() else { return };
