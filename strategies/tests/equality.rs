@@ -224,6 +224,18 @@ fn deterministic_runs_give_equal_bits() {
     assert_eq!(exact.indirect, tiled.indirect, "one order, one sum");
 }
 
+/// So many photons in one bucket that the threads which count them race.
+#[test]
+fn deterministic_buckets_are_summed_in_one_order() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(16_000);
+    let view = View::new(camera(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.5, -1.0), [16, 8], [0.5, 0.5]), floor_and_wall);
+    let mut strategy = strategy("sorted-grid", &[("radius", "100")]);
+    let runs: Vec<_> = (0..4).map(|_| bench.run(&mut *strategy, &view, &photons, 16_000, true)).collect();
+    assert!(runs[0].stats.contains(&("longest_list", 16_000)), "{:?}", runs[0].stats);
+    assert!(runs.iter().all(|run| *run == runs[0]), "the order of a bucket differs from run to run");
+}
+
 #[test]
 fn full_lists_are_reported() {
     let Some(mut bench) = Bench::new() else { return };
