@@ -30,6 +30,7 @@ mod photon_lists;
 mod pipeline;
 mod registry;
 mod requirements;
+mod sorted_grid;
 mod strategy;
 mod surface_layers;
 #[cfg(test)]
@@ -49,6 +50,7 @@ pub use pipeline::{
 };
 pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
+pub use sorted_grid::{SortedGrid, SortedGridConfig};
 pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
 pub use surface_layers::SurfaceImages;
 pub use tiled::{Tiled, TiledConfig};

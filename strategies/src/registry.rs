@@ -2,7 +2,7 @@
 
 use lightloom_graph::WgslSources;
 
-use crate::{Exact, HashGrid, Path, Strategy, StrategyError, Tiled};
+use crate::{Exact, HashGrid, Path, SortedGrid, Strategy, StrategyError, Tiled};
 
 /// A strategy that can be built.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,7 @@ pub fn registry() -> &'static [Entry] {
         Entry { name: Exact::NAME, build: |sources| Ok(Box::new(Exact::new(sources)?)) },
         Entry { name: Tiled::NAME, build: |sources| Ok(Box::new(Tiled::new(sources)?)) },
         Entry { name: HashGrid::NAME, build: |sources| Ok(Box::new(HashGrid::new(sources)?)) },
+        Entry { name: SortedGrid::NAME, build: |sources| Ok(Box::new(SortedGrid::new(sources)?)) },
         Entry { name: Path::NAME, build: |sources| Ok(Box::new(Path::new(sources)?)) },
     ]
 }

@@ -1,4 +1,4 @@
-//! `exact` is what its formula says; `tiled` and `hash-grid` are `exact`, but for the order of summation. On photons and
+//! `exact` is what its formula says; `tiled`, `hash-grid` and `sorted-grid` are `exact`, but for the order of summation. On photons and
 //! a G-buffer made on the CPU, with constant and with varying radii.
 
 mod common;
@@ -129,7 +129,7 @@ fn density_estimate(position: &[f32; 4], surface: &[u32; 4], photons: &[Photon],
 }
 
 #[test]
-fn tiled_and_hash_grid_equal_exact() {
+fn all_strategies_equal_exact() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
     for (place, camera) in views() {
@@ -138,7 +138,7 @@ fn tiled_and_hash_grid_equal_exact() {
             let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
             let light: f32 = exact.indirect.iter().map(|pixel| pixel[0]).sum();
             assert_eq!(light > 0.0, place != "turned away", "{place}: {light}");
-            for name in ["tiled", "hash-grid"] {
+            for name in ["tiled", "hash-grid", "sorted-grid"] {
                 let images = bench.run(&mut *strategy(name, radii), &view, &photons, 2500, false);
                 assert_equal(&exact, &images, &format!("{name}, {place}, {radii:?}"));
                 let dropped = images.stats.iter().find(|(name, _)| *name == "entries_dropped");
@@ -148,12 +148,58 @@ fn tiled_and_hash_grid_equal_exact() {
     }
 }
 
+/// Rows of every width over tables from one so small that every bucket holds photons of many cells.
+#[test]
+fn sorted_grids_of_any_shape_equal_exact() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views()[1].1, floor_and_wall);
+    for radii in &RADII[..2] {
+        let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
+        for (rows, bits) in [("1", "14"), ("2", "12"), ("3", "13"), ("4", "12")] {
+            let settings = [radii[0], radii[1], ("rows", rows), ("bucket_bits", bits)];
+            let images = bench.run(&mut *strategy("sorted-grid", &settings), &view, &photons, 2500, false);
+            assert_equal(&exact, &images, &format!("{rows} rows, {bits} bits, {radii:?}"));
+        }
+    }
+}
+
+/// Radii of some cells, of a hundred thousand cells to the scene, of five times the scene: fewer photons than 3000 in all.
+#[test]
+fn kernels_from_tiny_to_wider_than_the_scene_equal_exact() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views()[1].1, floor_and_wall);
+    for (radius, lit) in [("0.02", true), ("1e-6", false), ("100", true)] {
+        let exact = bench.run(&mut *strategy("exact", &[("radius", radius)]), &view, &photons, 2500, false);
+        assert_eq!(exact.indirect.iter().any(|pixel| pixel[0] > 0.0), lit, "{radius} m");
+        for name in ["tiled", "hash-grid", "sorted-grid"] {
+            let images = bench.run(&mut *strategy(name, &[("radius", radius)]), &view, &photons, 2500, false);
+            assert_equal(&exact, &images, &format!("{name}, {radius} m"));
+        }
+    }
+    let images = bench.run(&mut *strategy("sorted-grid", &[("radius", "3e38")]), &view, &photons, 2500, false);
+    assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "light over an infinite area is none");
+}
+
+#[test]
+fn one_photon_is_one_term() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(1);
+    let view = View::new(views()[0].1, floor_and_wall);
+    let exact = bench.run(&mut *strategy("exact", &RADII[2]), &view, &photons, 1, false);
+    assert!(exact.indirect.iter().any(|pixel| pixel[0] > 0.0), "the photon is seen");
+    for name in ["tiled", "hash-grid", "sorted-grid"] {
+        assert_equal(&exact, &bench.run(&mut *strategy(name, &RADII[2]), &view, &photons, 1, false), name);
+    }
+}
+
 #[test]
 fn no_photons_no_light() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(0);
     let view = View::new(views()[0].1, floor_and_wall);
-    for name in ["exact", "tiled", "hash-grid"] {
+    for name in ["exact", "tiled", "hash-grid", "sorted-grid"] {
         let images = bench.run(&mut *strategy(name, &RADII[0]), &view, &photons, 0, true);
         assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{name} finds light in rubbish");
     }
@@ -164,7 +210,7 @@ fn deterministic_runs_give_equal_bits() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
     let view = View::new(views()[1].1, floor_and_wall);
-    for name in ["exact", "tiled", "hash-grid"] {
+    for name in ["exact", "tiled", "hash-grid", "sorted-grid"] {
         let mut strategy = strategy(name, &RADII[1]);
         let first = bench.run(&mut *strategy, &view, &photons, 2500, true);
         for _ in 0..2 {
@@ -176,6 +222,18 @@ fn deterministic_runs_give_equal_bits() {
     let exact = bench.run(&mut *strategy("exact", &RADII[1]), &view, &photons, 2500, true);
     let tiled = bench.run(&mut *strategy("tiled", &RADII[1]), &view, &photons, 2500, true);
     assert_eq!(exact.indirect, tiled.indirect, "one order, one sum");
+}
+
+/// So many photons in one bucket that the threads which count them race.
+#[test]
+fn deterministic_buckets_are_summed_in_one_order() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(16_000);
+    let view = View::new(camera(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.5, -1.0), [16, 8], [0.5, 0.5]), floor_and_wall);
+    let mut strategy = strategy("sorted-grid", &[("radius", "100")]);
+    let runs: Vec<_> = (0..4).map(|_| bench.run(&mut *strategy, &view, &photons, 16_000, true)).collect();
+    assert!(runs[0].stats.contains(&("longest_list", 16_000)), "{:?}", runs[0].stats);
+    assert!(runs.iter().all(|run| *run == runs[0]), "the order of a bucket differs from run to run");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! `tiled` and `hash-grid` sum the same photons as `exact`, in another order: nothing but rounding may differ.
+//! `tiled`, `hash-grid` and `sorted-grid` sum the same photons as `exact`, in another order: nothing but rounding may differ.
 //!
 //! A sum of n terms of one sign is rounded by at most n u S in any order, u = 2⁻²⁴ [Higham02] §4.2, so two orders differ by 2 n u S at most.
 //! Each term is computed by the same function in both, but compilers may contract or reorder its dozen operations: a few ulp
@@ -70,19 +70,19 @@ fn check(lab: &mut Lab, scene: &Scene, emitted: u32, radius: f32) {
 }
 
 #[test]
-fn tiled_and_hash_grid_equal_exact_in_a_cornell_room() {
+fn all_strategies_equal_exact_in_a_cornell_room() {
     let Some(mut lab) = Lab::open() else { return };
     check(&mut lab, &builtin::cornell(), 30_000, 0.12);
 }
 
 #[test]
-fn tiled_and_hash_grid_equal_exact_among_caustics() {
+fn all_strategies_equal_exact_among_caustics() {
     let Some(mut lab) = Lab::open() else { return };
     check(&mut lab, &builtin::caustics(), 12_000, 0.1);
 }
 
 #[test]
-fn tiled_and_hash_grid_equal_exact_in_the_shared_scenes() {
+fn all_strategies_equal_exact_in_the_shared_scenes() {
     let Some(mut lab) = Lab::open() else { return };
     for (name, emitted, radius) in [("cornell_point", 20_000, 0.3), ("caustics_point", 20_000, 0.25), ("sponza", 30_000, 3.0)] {
         let Some(path) = scene_path(name) else { return };

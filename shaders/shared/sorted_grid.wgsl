@@ -1,0 +1,40 @@
+// A grid whose rows along x lie contiguously in one table of buckets, so that a stretch of a row is one range of it.
+//
+//     bucket(x, y, z) = (y · stride_y + z · stride_z) mod 2^k + x        rows begin anywhere among 2^k buckets, and overlap
+//
+// The table is as small as the photons ask for, and not the scene. Rows that overlap mix their photons in the buckets they share;
+// whoever gathers tests distances anyhow. What must not happen is that two rows in reach of one point overlap within that reach:
+// then photons would be summed twice. The strides rule it out: see sorted_grid.rs.
+
+struct SortedGrid {
+    // World position (m) of the corner of cell (0, 0, 0): near the photons, so that differences keep their bits.
+    origin_world: vec3f,
+    // 2^k − 1.
+    row_mask: u32,
+    // 1 / edge of a cell (1/m); cells are thinner along x.
+    cells_per_m: vec3f,
+    // The last cell of a row.
+    last_x: f32,
+    // Buckets from a row to its neighbour in y and in z.
+    row_strides: vec2u,
+    // Bound of the rounding of two cell coordinates' difference (cells).
+    rounding_cells: f32,
+    pad0: u32,
+}
+
+// In cells. One subtraction and one multiplication, both correctly rounded and hence monotone: a position between two others
+// never lies in a cell outside theirs.
+fn cell_place(grid: SortedGrid, position_world: vec3f) -> vec3f {
+    return (position_world - grid.origin_world) * grid.cells_per_m;
+}
+
+// First bucket of the row (y, z).
+fn row_begin(grid: SortedGrid, row: vec2i) -> u32 {
+    let start = bitcast<vec2u>(row) * grid.row_strides;
+    return (start.x + start.y) & grid.row_mask;
+}
+
+// The cell of a row at `x` (cells). What lies outside belongs to the row's ends, which keeps the order, too.
+fn row_cell(grid: SortedGrid, x: f32) -> u32 {
+    return u32(clamp(floor(x), 0.0, grid.last_x));
+}

@@ -1,0 +1,107 @@
+// Sums at each visible point the photons of the rows that its search sphere touches, each row as one run of the sorted photons.
+#import "shared/gbuffer.wgsl"
+#import "shared/radiance_sum.wgsl"
+#import "shared/sorted_grid.wgsl"
+
+struct Params {
+    grid: SortedGrid,
+    camera_position_world: vec3f,
+    // Largest kernel radius, and the rounding of a distance at its edge (m).
+    reach: f32,
+    size: vec2u,
+    pad0: u32,
+    pad1: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(2) var surface: texture_2d<u32>;
+@group(0) @binding(3) var<storage, read> sorted_spheres: array<vec4f>;
+@group(0) @binding(4) var<storage, read> sorted_light: array<vec4u>;
+@group(0) @binding(5) var<storage, read> bucket_offsets: array<u32>;
+@group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
+// Word 4: pixels whose sum was cut.
+@group(0) @binding(8) var<storage, read_write> stats: array<atomic<u32>>;
+
+// Bit `i` where the sphere of photon `first + i` holds `position`.
+fn reach_bit(first: u32, i: u32, last: u32, position: vec3f) -> u32 {
+    let sphere = sorted_spheres[min(first + i, last)];
+    let offset = sphere.xyz - position;
+    return select(0u, 1u << i, dot(offset, offset) < sphere.w * sphere.w);
+}
+
+// Adds the photons of a run, in their order. Tests 32 of them first and then sums those near the point: threads run in
+// lockstep, and a contribution should cost once per photon that counts, not once per candidate. Eight tests to a turn of
+// the loop: drivers that count turns allow runs eight times as long.
+fn gather_run(sum: ptr<function, RadianceSum>, point: VisiblePoint, run: vec2u) {
+    for (var first = run.x; first < run.y; first += 32u) {
+        var near = 0u;
+        let batch = min(32u, run.y - first);
+        let last = run.y - 1u;
+        for (var i = 0u; i < batch; i += 8u) {
+            near |= reach_bit(first, i, last, point.position) | reach_bit(first, i + 1u, last, point.position)
+                | reach_bit(first, i + 2u, last, point.position) | reach_bit(first, i + 3u, last, point.position)
+                | reach_bit(first, i + 4u, last, point.position) | reach_bit(first, i + 5u, last, point.position)
+                | reach_bit(first, i + 6u, last, point.position) | reach_bit(first, i + 7u, last, point.position);
+        }
+        near &= 0xffffffffu >> (32u - batch);
+        (*sum).tested += batch;
+        (*sum).pending += countOneBits(near);
+        while near != 0u {
+            let place = first + firstTrailingBit(near);
+            near &= near - 1u;
+            let sphere = sorted_spheres[place];
+            let light = sorted_light[place];
+            add_photon(sum, point, Photon(sphere.xyz, light.x, light.y, light.z, 0u, light.w), sphere.w);
+        }
+    }
+}
+
+// Range of the sorted photons that lie in the row (y, z) and in reach; empty where the row is out of reach.
+fn row_run(grid: SortedGrid, row: vec2i, position: vec3f, reach: f32) -> vec2u {
+    // From the point to the row, across x: no photon of the row is nearer.
+    let place = cell_place(grid, position).yz;
+    let apart = max(vec2f(row) - place, place - vec2f(row) - 1.0);
+    let gap = max(apart - grid.rounding_cells, vec2f(0.0)) / grid.cells_per_m.yz;
+    let half2 = reach * reach - dot(gap, gap);
+    if half2 <= 0.0 {
+        return vec2u(0u);
+    }
+    let half = vec3f(sqrt(half2), 0.0, 0.0);
+    let begin = row_begin(grid, row);
+    let first = begin + row_cell(grid, cell_place(grid, position - half).x);
+    let last = begin + row_cell(grid, cell_place(grid, position + half).x);
+    return vec2u(bucket_offsets[first], bucket_offsets[last + 1u]);
+}
+
+@compute @workgroup_size(8, 8)
+fn sorted_grid_gather(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= params.size) {
+        return;
+    }
+    let point = visible_point(textureLoad(position, id.xy, 0), textureLoad(surface, id.xy, 0), params.camera_position_world);
+    var sum: RadianceSum;
+    var expected = 0u;
+    var rows = 0u;
+    var expected_rows = 0u;
+    if point.gatherable {
+        let first = vec2i(floor(cell_place(params.grid, point.position - params.reach).yz));
+        let last = vec2i(floor(cell_place(params.grid, point.position + params.reach).yz));
+        let span = vec2u(last - first) + 1u;
+        expected_rows = span.x * span.y;
+        for (var z = first.y; z <= last.y; z++) {
+            for (var y = first.x; y <= last.x; y++) {
+                let run = row_run(params.grid, vec2i(y, z), point.position, params.reach);
+                rows += 1u;
+                expected += run.y - run.x;
+                gather_run(&sum, point, run);
+            }
+        }
+    }
+    if sum_is_cut(sum, expected) || rows != expected_rows {
+        atomicAdd(&stats[4], 1u);
+    }
+    textureStore(indirect, id.xy, vec4f(sum.indirect, 1.0));
+    textureStore(caustic, id.xy, vec4f(sum.caustic, 1.0));
+}

@@ -1,0 +1,404 @@
+//! Photons sorted by the cells of a grid whose rows are contiguous; each pixel gathers runs of them.
+//!
+//! ```text
+//! for each photon P:  b = bucket of the cell of P;  rank[P] = count[b]++             # counting sort
+//! offsets = prefix sum of count
+//! for each photon P:  entries[offsets[b] + rank[P]] = P;  then copy the photons into that order
+//! for each pixel (x, y) with visible point X:
+//!     for each row of cells within r_max of X:                                       # up to 4, along the world's x axis
+//!         first, last = cells where the row enters and leaves the search sphere
+//!         image[x, y] += contribution of P at X, for each P of offsets[bucket(first)] .. offsets[bucket(last) + 1]
+//! ```
+//!
+//! The counting sort of [Hoetzlein14]: no lists to link, no slots to probe, no room to run out of. A grid over a whole scene is mostly
+//! empty, so the rows are laid over one another in a table no longer than there are photons:
+//!
+//! ```text
+//! bucket(x, y, z) = (y · stride_y + z · stride_z) mod 2ᵏ + x
+//!
+//!         0                      2ᵏ          2ᵏ + cells of a row
+//! table   |------[row (4, 7)  ]--|----------|
+//!         |---------[row (9, 2)  ]----------|     rows overlap; where they do, buckets hold photons of both
+//! ```
+//!
+//! The strides generate a rank-1 lattice [Niederreiter92, chapter 5], which keeps rows of a neighbourhood apart: no pixel meets a
+//! photon twice, which a hash of cells could not promise, and what other rows leave in a bucket fails the test of distance. Cells are
+//! four times as long across the rows as along them: thinner cells fit the sphere better, and along a row they cost no look-up.
+//!
+//! Sums the photons `exact` sums, in another order. Biased for any radius above 0; consistent as radii shrink and photons grow. Depends on
+//! the eye nowhere before the gathering.
+//!
+//! Bytes moved, for N photons of s = 32 or 20 bytes and B buckets:
+//!
+//! | pass | reads | writes |
+//! |---|---|---|
+//! | `sorted_grid_count` | s N | 8 N, and 4 N by atomics |
+//! | prefix sum | 8 B | 4 B |
+//! | `sorted_grid_scatter` | 12 N | 4 N |
+//! | `sorted_grid_pack` | (4 + s) N | 32 N |
+//! | `sorted_grid_gather` | per pixel 8 a row, 16 a candidate, 16 more a summand | 32 a pixel |
+//!
+//! [Hoetzlein14]: https://ramakarl.com/fluids3/ "Fast fixed-radius nearest neighbors: interactive million-particle fluids, Hoetzlein, GPU Technology Conference, 2014"
+//! [Niederreiter92, chapter 5]: https://doi.org/10.1137/1.9781611970081 "Random number generation and quasi-Monte Carlo methods, Niederreiter, 1992"
+
+use crate::parameter::Assignment;
+use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use glam::Vec3;
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::scene::SceneInfo;
+use lightloom_passes::{Photons, PrefixSum, radiance_desc};
+
+/// Covers the rounding of distances at the kernel's edge.
+const REACH_SLACK: f32 = 1.00001;
+/// Rows are this much wider than their share of the search sphere, so that rounding never makes it touch one more.
+const CELL_SLACK: f32 = 1.0001;
+/// Cells along a row to the width of the row.
+const CELLS_PER_WIDTH: f32 = 4.0;
+/// Cells per axis at the most: their coordinates keep whole numbers of an f32.
+const MAX_CELLS: f32 = 1e6;
+/// Two cell coordinates are rounded by 2 · 2⁻²⁴ of their size each, and by half of that where they are subtracted.
+const ROUNDING: f32 = 5.0 / 16_777_216.0;
+/// Width of the search sphere in rows: automatic, and at the most. More rows than one test fewer photons in vain, but runs of a few
+/// photons leave threads that run in lockstep waiting for one another, which costs more.
+const AUTO_ROWS: u32 = 1;
+const MAX_ROWS: u32 = 4;
+/// Bits of the number of buckets: enough that the rows of a neighbourhood lie apart, and 64 MiB of offsets.
+const MIN_BUCKET_BITS: u32 = 12;
+const MAX_BUCKET_BITS: u32 = 24;
+
+shader_struct! {
+    /// Where the cells lie and how rows lie in the table.
+    struct Grid {
+        origin_world: [f32; 3],
+        row_mask: u32,
+        cells_per_m: [f32; 3],
+        last_x: f32,
+        row_strides: [u32; 2],
+        rounding_cells: f32,
+        pad0: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `sorted_grid_count`.
+    struct CountParams {
+        grid: Grid,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `sorted_grid_pack`.
+    struct PackParams {
+        r_min: f32,
+        r_max: f32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `sorted_grid_gather`.
+    struct GatherParams {
+        grid: Grid,
+        camera_position_world: [f32; 3],
+        reach: f32,
+        size: [u32; 2],
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+/// What a user can choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SortedGridConfig {
+    /// Kernel radii (m). The cells follow `r_max`.
+    pub radius: KernelRadius,
+    /// Rows of cells across the widest kernel, 1 to 4; a pixel looks up to one row more along either axis. More rows test fewer photons
+    /// in vain, make more look-ups, and need more buckets. Automatic: 1.
+    pub rows: Option<u32>,
+    /// The table has 2 to this power of buckets, 12 to 24, 8 bytes each, and one row more. Fewer mix more cells in one bucket, which
+    /// costs time and nothing else. Automatic: a bucket for one to two emitted photons.
+    pub bucket_bits: Option<u32>,
+}
+
+/// The strategy `sorted-grid`.
+#[derive(Debug)]
+pub struct SortedGrid {
+    /// Parameters; may change between frames.
+    pub config: SortedGridConfig,
+    count: ComputeShader,
+    prefix_sum: PrefixSum,
+    scatter: ComputeShader,
+    sort: SortLists,
+    stats: ListStats,
+    pack: ComputeShader,
+    gather: ComputeShader,
+}
+
+/// The photons in the order of the buckets.
+struct SortedPhotons {
+    spheres: Handle<Buffer>,
+    light: Handle<Buffer>,
+}
+
+impl SortedGrid {
+    /// Its name in the registry.
+    pub const NAME: &'static str = "sorted-grid";
+
+    /// The strategy with default parameters; `sources` holds its shaders, see [`lightloom_passes::shaders`].
+    pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        Ok(Self {
+            config: SortedGridConfig::default(),
+            count: ComputeShader::new(sources, "strategies/sorted_grid_count.wgsl")?,
+            prefix_sum: PrefixSum::new(sources)?,
+            scatter: ComputeShader::new(sources, "strategies/hash_grid_scatter.wgsl")?,
+            sort: SortLists::new(sources)?,
+            stats: ListStats::new(sources)?,
+            pack: ComputeShader::new(sources, "strategies/sorted_grid_pack.wgsl")?,
+            gather: ComputeShader::new(sources, "strategies/sorted_grid_gather.wgsl")?,
+        })
+    }
+
+    fn lists(&self, graph: &mut Graph<'_>, photons: &Photons, grid: Grid) -> PhotonLists {
+        let buckets = grid.buckets();
+        let mut counts = graph.buffer("bucket_counts", BufferDesc::words(buckets.into()));
+        let mut places = graph.buffer("photon_places", BufferDesc::words(2 * u64::from(photons.capacity)));
+        graph.clear_buffer(&mut counts);
+        graph
+            .compute(&self.count)
+            .params(&CountParams { grid })
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .write("bucket_counts", &mut counts)
+            .write("photon_places", &mut places)
+            .dispatch_1d(photons.capacity);
+
+        let mut offsets = graph.buffer("bucket_offsets", BufferDesc::words(u64::from(buckets) + 1));
+        self.prefix_sum.add(graph, &counts, &mut offsets, buckets);
+
+        let mut entries = graph.buffer("bucket_entries", BufferDesc::words(photons.capacity.into()));
+        graph
+            .compute(&self.scatter)
+            .name("sorted_grid_scatter")
+            .read("photon_state", &photons.state)
+            .read("photon_places", &places)
+            .read("slot_offsets", &offsets)
+            .write("slot_entries", &mut entries)
+            .dispatch_1d(photons.capacity);
+        PhotonLists { offsets, entries, lists: buckets, entry_capacity: photons.capacity }
+    }
+
+    fn pack(&self, graph: &mut Graph<'_>, photons: &Photons, lists: &PhotonLists, radii: Radii) -> SortedPhotons {
+        let halves = BufferDesc::bytes(16 * u64::from(photons.capacity));
+        let mut spheres = graph.buffer("sorted_spheres", halves.clone());
+        let mut light = graph.buffer("sorted_light", halves);
+        graph
+            .compute(&self.pack)
+            .params(&PackParams { r_min: radii.r_min_m, r_max: radii.r_max_m, ..PackParams::default() })
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .read("bucket_entries", &lists.entries)
+            .write("sorted_spheres", &mut spheres)
+            .write("sorted_light", &mut light)
+            .dispatch_1d(photons.capacity);
+        SortedPhotons { spheres, light }
+    }
+}
+
+impl Strategy for SortedGrid {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn description(&self) -> &'static str {
+        "photons counting-sorted by grid cells, runs of rows gathered per pixel [Hoetzlein14]; biased by its radius, consistent"
+    }
+
+    fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        self.config.radius.reach_m(info, emitted)
+    }
+
+    fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
+        let photons = frame.need_photons(Self::NAME)?;
+        let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
+        let reach = reach(frame.info, radii);
+        let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted));
+        let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), bits);
+
+        let mut lists = self.lists(graph, photons, grid);
+        if frame.deterministic {
+            self.sort.add(graph, &mut lists);
+        }
+        let mut stats =
+            self.stats.add(graph, &lists, &["entries", "entries_dropped", "buckets_used", "longest_list", "pixels_cut"]);
+        let sorted = self.pack(graph, photons, &lists, radii);
+
+        let mut indirect = graph.texture("sorted_grid_indirect", radiance_desc(frame.size));
+        let mut caustic = graph.texture("sorted_grid_caustic", radiance_desc(frame.size));
+        let params = GatherParams {
+            grid,
+            camera_position_world: frame.camera_position_world(),
+            reach,
+            size: frame.size,
+            ..GatherParams::default()
+        };
+        graph
+            .compute(&self.gather)
+            .params(&params)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface)
+            .read("sorted_spheres", &sorted.spheres)
+            .read("sorted_light", &sorted.light)
+            .read("bucket_offsets", &lists.offsets)
+            .write("indirect", &mut indirect)
+            .write("caustic", &mut caustic)
+            .write("stats", &mut stats.buffer)
+            .heavy()
+            .dispatch_threads([frame.size[0], frame.size[1], 1]);
+        Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
+        let assignment = Assignment { strategy: Self::NAME, key, value };
+        match key {
+            "rows" => {
+                let fits = |rows: &u32| (1..=MAX_ROWS).contains(rows);
+                self.config.rows = assignment.parse(fits, "a number from 1 to 4, or `auto`, is needed")?;
+            }
+            "bucket_bits" => {
+                let fits = |bits: &u32| (MIN_BUCKET_BITS..=MAX_BUCKET_BITS).contains(bits);
+                self.config.bucket_bits = assignment.parse(fits, "a number from 12 to 24, or `auto`, is needed")?;
+            }
+            _ if self.config.radius.set(&assignment)? => {}
+            _ => return Err(assignment.unknown(&self.parameters())),
+        }
+        Ok(())
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let rows = "rows of cells across the widest kernel; more test fewer photons in vain and make more look-ups";
+        let bits = "the table has 2 to this power of buckets (8 bytes each); fewer mix more cells, which only costs time";
+        let mut parameters = self.config.radius.parameters();
+        parameters.push(Parameter::new("rows", self.config.rows, rows));
+        parameters.push(Parameter::new("bucket_bits", self.config.bucket_bits, bits));
+        parameters
+    }
+}
+
+impl Grid {
+    /// Length of the table.
+    fn buckets(&self) -> u32 {
+        // A row is at most a million cells.
+        self.row_mask + 1 + self.last_x as u32 + 1
+    }
+}
+
+/// Distance (m) within which a pixel looks for photons. Nothing is farther than the scene is wide, however wide the kernel.
+fn reach(scene: &SceneInfo, radii: Radii) -> f32 {
+    (radii.r_max_m * REACH_SLACK).min(2.0 * extent(scene))
+}
+
+/// Width of the scene (m). A scene without extent has cells, too.
+fn extent(scene: &SceneInfo) -> f32 {
+    (2.0 * scene.bounds_radius).max(1e-20)
+}
+
+/// A bucket for one to two photons.
+fn automatic_bits(photons: u32) -> u32 {
+    (photons / 2).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
+}
+
+/// The grid for a search sphere `rows` rows wide, and 2 to the power `bucket_bits` places where rows begin.
+fn grid(scene: &SceneInfo, reach_m: f32, rows: u32, bucket_bits: u32) -> Grid {
+    let extent = extent(scene);
+    // Radii far below a millionth of the scene would overflow the coordinates; wider cells only cost time.
+    let width_m = (2.0 * CELL_SLACK * reach_m / rows as f32).max(extent * CELLS_PER_WIDTH / MAX_CELLS);
+    let rows_per_m = 1.0 / width_m;
+    let cells_per_m = CELLS_PER_WIDTH * rows_per_m;
+    Grid {
+        origin_world: (scene.bounds_center - Vec3::splat(scene.bounds_radius)).into(),
+        row_mask: (1 << bucket_bits) - 1,
+        cells_per_m: [cells_per_m, rows_per_m, rows_per_m],
+        last_x: (extent * cells_per_m).ceil(),
+        row_strides: row_strides(bucket_bits),
+        rounding_cells: ROUNDING * (extent * rows_per_m).ceil(),
+        ..Grid::default()
+    }
+}
+
+/// Odd strides nearest to 2ᵏ/p and 2ᵏ/p², p³ = p + 1: a plane's generalisation of the golden ratio, no multiple of which comes near
+/// a whole number before many rows have passed.
+fn row_strides(bucket_bits: u32) -> [u32; 2] {
+    const P: f64 = 1.324_717_957_244_746;
+    let buckets = f64::from(1_u32 << bucket_bits);
+    [buckets / P, buckets / (P * P)].map(|stride| stride as u32 | 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scene::unit_scene;
+
+    /// Rows that one pixel looks at never overlap where it looks, whatever the table's size.
+    #[test]
+    fn rows_of_a_neighbourhood_lie_apart() {
+        // A search sphere `rows` wide touches at most one row more per axis, and one cell more along a row.
+        let apart = MAX_ROWS as i32;
+        let cells = MAX_ROWS * CELLS_PER_WIDTH as u32 + 1;
+        for bits in MIN_BUCKET_BITS..=MAX_BUCKET_BITS {
+            let [stride_y, stride_z] = row_strides(bits).map(|stride| stride as i32);
+            for (y, z) in (-apart..=apart).flat_map(|y| (-apart..=apart).map(move |z| (y, z))).filter(|&row| row != (0, 0)) {
+                let start = y.wrapping_mul(stride_y).wrapping_add(z.wrapping_mul(stride_z)) as u32 & ((1 << bits) - 1);
+                let distance = start.min((1 << bits) - start);
+                assert!(distance >= cells, "{bits} bits: rows ({y}, {z}) apart begin {distance} buckets apart");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_hold_their_share_of_the_search_sphere_and_stay_countable() {
+        let scene = unit_scene();
+        let rows = grid(&scene, 0.1, 1, 12);
+        let width = 1.0 / rows.cells_per_m[1];
+        assert!(width > 0.2 && width < 0.201, "{width}");
+        assert!(rows.last_x >= 2.0 * scene.bounds_radius * rows.cells_per_m[0], "{rows:?}: a row spans the scene");
+        assert_eq!(rows.buckets(), 4096 + rows.last_x as u32 + 1);
+        let tiny = grid(&scene, 1e-30, 4, 24);
+        assert!(tiny.last_x <= 1.01 * MAX_CELLS && tiny.rounding_cells < 0.1, "{tiny:?}");
+    }
+
+    #[test]
+    fn kernels_wider_than_the_scene_and_scenes_without_extent_have_finite_grids() {
+        let widest = Radii { r_min_m: f32::MAX, r_max_m: f32::MAX };
+        let point = SceneInfo { bounds_radius: 0.0, ..unit_scene() };
+        for scene in [unit_scene(), point] {
+            let reach = reach(&scene, widest);
+            let grid = grid(&scene, reach, 1, 10);
+            assert!(reach > 2.0 * scene.bounds_radius, "{reach}: everything is in reach");
+            assert!(grid.cells_per_m.iter().all(|cells| cells.is_finite() && *cells > 0.0), "{grid:?}");
+            assert!((1.0..100.0).contains(&grid.last_x), "{grid:?}");
+        }
+    }
+
+    #[test]
+    fn tables_follow_the_photons() {
+        for (photons, bits) in [(0, 12), (1, 12), (8192, 12), (8194, 13), (1_000_000, 19), (u32::MAX, 24)] {
+            assert_eq!(automatic_bits(photons), bits, "{photons} photons");
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let mut strategy = SortedGrid::new(&lightloom_passes::shaders()).unwrap();
+        for (key, value) in [("rows", "0"), ("rows", "5"), ("bucket_bits", "11"), ("bucket_bits", "25"), ("rows", "two")] {
+            let error = strategy.set(key, value).unwrap_err().to_string();
+            assert!(error.contains(key) && error.contains(value) && error.contains("a number from"), "{error}");
+        }
+        strategy.set("rows", "4").unwrap();
+        strategy.set("bucket_bits", "24").unwrap();
+        assert_eq!((strategy.config.rows, strategy.config.bucket_bits), (Some(4), Some(24)));
+        strategy.set("rows", "auto").unwrap();
+        assert_eq!(strategy.config.rows, None);
+    }
+}
