@@ -114,6 +114,7 @@ pub use handle::{Buffer, Handle, History, Resource, Texture, Tlas};
 pub use layout::{Field, ShaderStruct, StructLayout};
 pub use pass::{ClosurePass, ComputePass, Load, RasterPass, Sampler};
 pub use plan::{Culled, Lifetime, Memory, Need, PassOrder, Plan, PlanOptions, Sharing, Slot, SlotKind, plan, plan_with_needs};
+pub use reflect::chain as error_chain;
 pub use reload::Reload;
 pub use resource::{BufferDesc, TextureDesc};
 pub use shader::{ComputeShader, RasterShader};

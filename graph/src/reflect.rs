@@ -174,8 +174,8 @@ pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
     Ok(Reflected { module, info })
 }
 
-/// An error and its causes in one line.
-pub(crate) fn chain(error: &dyn std::error::Error) -> String {
+/// An error and its causes in one line: what a message says of an error that is another library's.
+pub fn chain(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {

@@ -1,5 +1,5 @@
 // Rasterises what a light sees in one of its views: the nearest triangle at each texel's centre.
-#import "shared/hit.wgsl"
+#import "shared/pulled_triangle.wgsl"
 
 struct RsmViewParams {
     // Index into `light_views`.
@@ -24,21 +24,14 @@ struct Targets {
 
 @vertex
 fn rsm_view_vertex(@builtin(vertex_index) vertex: u32) -> Varyings {
-    let index = vertex / 3u;
-    let corner = vertex % 3u;
-    let triangle = bvh_triangles[index];
-    let bary = vec2f(select(0.0, 1.0, corner == 1u), select(0.0, 1.0, corner == 2u));
-    let world = select(select(triangle.v0, triangle.v1, corner == 1u), triangle.v2, corner == 2u);
-    return Varyings(light_views[params.view].clip_from_world * vec4f(world, 1.0), bary, index);
+    let pulled = pulled_vertex(vertex);
+    return Varyings(light_views[params.view].clip_from_world * vec4f(pulled.position, 1.0), pulled.bary, pulled.index);
 }
 
 @fragment
 fn rsm_view_fragment(in: Varyings) -> Targets {
-    let triangle = bvh_triangles[in.index];
-    if SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u {
-        if alpha_passes(triangle.id & ~ALPHA_TESTED, in.bary, in.clip.xyz) {
-            discard;
-        }
+    if fragment_passes(in.index, in.bary, in.clip.xyz) {
+        discard;
     }
     return Targets(in.index + 1u);
 }

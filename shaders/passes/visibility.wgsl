@@ -2,7 +2,7 @@
 // from the same functions that rays use, so that rasterised and traced surfaces cannot differ.
 // Depth is reversed (near / distance): float precision stays relative over the whole range.
 #import "shared/camera.wgsl"
-#import "shared/hit.wgsl"
+#import "shared/pulled_triangle.wgsl"
 
 struct VisibilityParams {
     camera: Camera,
@@ -23,25 +23,18 @@ struct Targets {
 
 @vertex
 fn visibility_vertex(@builtin(vertex_index) vertex: u32) -> Varyings {
-    let index = vertex / 3u;
-    let corner = vertex % 3u;
-    let triangle = bvh_triangles[index];
-    let bary = vec2f(select(0.0, 1.0, corner == 1u), select(0.0, 1.0, corner == 2u));
-    let world = select(select(triangle.v0, triangle.v1, corner == 1u), triangle.v2, corner == 2u);
-    let view = (params.camera.view_from_world * vec4f(world, 1.0)).xyz;
+    let pulled = pulled_vertex(vertex);
+    let view = (params.camera.view_from_world * vec4f(pulled.position, 1.0)).xyz;
     // Moves the sample point of the pixel's centre to `jitter`.
     let shift = (vec2f(0.5) - params.camera.jitter) / vec2f(params.camera.size) * vec2f(2.0, -2.0);
     let clip = vec4f(view.xy / params.camera.tan_half - shift * view.z, params.camera.near_m, -view.z);
-    return Varyings(clip, bary, index);
+    return Varyings(clip, pulled.bary, pulled.index);
 }
 
 @fragment
 fn visibility_fragment(in: Varyings) -> Targets {
-    let triangle = bvh_triangles[in.index];
-    if SCENE_ALPHA && (triangle.id & ALPHA_TESTED) != 0u {
-        if alpha_passes(triangle.id & ~ALPHA_TESTED, in.bary, vec3f(in.clip.xyz)) {
-            discard;
-        }
+    if fragment_passes(in.index, in.bary, in.clip.xyz) {
+        discard;
     }
     return Targets(vec4u(in.index + 1u, bitcast<vec2u>(in.bary), 0u));
 }

@@ -2,10 +2,10 @@
 //
 // Cells are slightly wider than 2 r_max, so the cube of half-width r_max touches at most two of them per axis: eight
 // look-ups. The cell of a slot is the cell of the first photon of its list.
+#import "shared/gather_run.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/hash_grid.wgsl"
 #import "shared/photon_store.wgsl"
-#import "shared/radiance_sum.wgsl"
 
 struct Params {
     grid: HashGrid,
@@ -41,35 +41,15 @@ fn find_cell(cell: vec3i) -> vec2u {
     return vec2u(0u);
 }
 
-// Bit `i` where photon `first + i` is within the largest radius of `position`.
-fn reach_bit(first: u32, i: u32, last: u32, position: vec3f) -> u32 {
-    let offset = photon_position(cell_photons[min(first + i, last)], photon_state.grid) - position;
-    return select(0u, 1u << i, dot(offset, offset) < params.r_max * params.r_max);
+// Whether the photon is within the largest radius of `position`.
+fn in_reach(i: u32, position: vec3f) -> bool {
+    let offset = photon_position(cell_photons[i], photon_state.grid) - position;
+    return dot(offset, offset) < params.r_max * params.r_max;
 }
 
-// Adds the photons of a list, in their order. Tests 32 of them first and then sums those near the point: threads run in
-// lockstep, and a contribution should cost once per photon that counts, not once per candidate. Eight tests to a turn of
-// the loop: drivers that count turns allow lists eight times as long.
-fn gather_range(sum: ptr<function, RadianceSum>, point: VisiblePoint, range: vec2u) {
-    for (var first = range.x; first < range.y; first += 32u) {
-        var near = 0u;
-        let batch = min(32u, range.y - first);
-        let last = range.y - 1u;
-        for (var i = 0u; i < batch; i += 8u) {
-            near |= reach_bit(first, i, last, point.position) | reach_bit(first, i + 1u, last, point.position)
-                | reach_bit(first, i + 2u, last, point.position) | reach_bit(first, i + 3u, last, point.position)
-                | reach_bit(first, i + 4u, last, point.position) | reach_bit(first, i + 5u, last, point.position)
-                | reach_bit(first, i + 6u, last, point.position) | reach_bit(first, i + 7u, last, point.position);
-        }
-        near &= 0xffffffffu >> (32u - batch);
-        (*sum).tested += batch;
-        (*sum).pending += countOneBits(near);
-        while near != 0u {
-            let photon = photon_load(cell_photons[first + firstTrailingBit(near)], photon_state.grid);
-            near &= near - 1u;
-            add_photon(sum, point, photon, photon_radius(photon, params.r_min, params.r_max));
-        }
-    }
+fn add_candidate(sum: ptr<function, RadianceSum>, point: VisiblePoint, i: u32) {
+    let photon = photon_load(cell_photons[i], photon_state.grid);
+    add_photon(sum, point, photon, photon_radius(photon, params.r_min, params.r_max));
 }
 
 @compute @workgroup_size(8, 8)
@@ -95,7 +75,7 @@ fn hash_grid_gather(@builtin(global_invocation_id) id: vec3u) {
                     let range = find_cell(vec3i(x, y, z));
                     cells += 1u;
                     expected += range.y - range.x;
-                    gather_range(&sum, point, range);
+                    gather_run(&sum, point, range);
                 }
             }
         }

@@ -1,6 +1,6 @@
 // Sums at each visible point the photons of the rows that its search sphere touches, each row as one run of the sorted photons.
+#import "shared/gather_run.wgsl"
 #import "shared/gbuffer.wgsl"
-#import "shared/radiance_sum.wgsl"
 #import "shared/sorted_grid.wgsl"
 
 struct Params {
@@ -24,38 +24,17 @@ struct Params {
 // Word 4: pixels whose sum was cut.
 @group(0) @binding(8) var<storage, read_write> stats: array<atomic<u32>>;
 
-// Bit `i` where the sphere of photon `first + i` holds `position`.
-fn reach_bit(first: u32, i: u32, last: u32, position: vec3f) -> u32 {
-    let sphere = sorted_spheres[min(first + i, last)];
+// Whether the sphere of the photon holds `position`.
+fn in_reach(i: u32, position: vec3f) -> bool {
+    let sphere = sorted_spheres[i];
     let offset = sphere.xyz - position;
-    return select(0u, 1u << i, dot(offset, offset) < sphere.w * sphere.w);
+    return dot(offset, offset) < sphere.w * sphere.w;
 }
 
-// Adds the photons of a run, in their order. Tests 32 of them first and then sums those near the point: threads run in
-// lockstep, and a contribution should cost once per photon that counts, not once per candidate. Eight tests to a turn of
-// the loop: drivers that count turns allow runs eight times as long.
-fn gather_run(sum: ptr<function, RadianceSum>, point: VisiblePoint, run: vec2u) {
-    for (var first = run.x; first < run.y; first += 32u) {
-        var near = 0u;
-        let batch = min(32u, run.y - first);
-        let last = run.y - 1u;
-        for (var i = 0u; i < batch; i += 8u) {
-            near |= reach_bit(first, i, last, point.position) | reach_bit(first, i + 1u, last, point.position)
-                | reach_bit(first, i + 2u, last, point.position) | reach_bit(first, i + 3u, last, point.position)
-                | reach_bit(first, i + 4u, last, point.position) | reach_bit(first, i + 5u, last, point.position)
-                | reach_bit(first, i + 6u, last, point.position) | reach_bit(first, i + 7u, last, point.position);
-        }
-        near &= 0xffffffffu >> (32u - batch);
-        (*sum).tested += batch;
-        (*sum).pending += countOneBits(near);
-        while near != 0u {
-            let place = first + firstTrailingBit(near);
-            near &= near - 1u;
-            let sphere = sorted_spheres[place];
-            let light = sorted_light[place];
-            add_photon(sum, point, Photon(sphere.xyz, light.x, light.y, light.z, 0u, light.w), sphere.w);
-        }
-    }
+fn add_candidate(sum: ptr<function, RadianceSum>, point: VisiblePoint, i: u32) {
+    let sphere = sorted_spheres[i];
+    let light = sorted_light[i];
+    add_photon(sum, point, Photon(sphere.xyz, light.x, light.y, light.z, 0u, light.w), sphere.w);
 }
 
 // Range of the sorted photons that lie in the row (y, z) and in reach; empty where the row is out of reach.

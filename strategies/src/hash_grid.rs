@@ -17,12 +17,12 @@
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
 use crate::parameter::Assignment;
-use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
 use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{Photons, PrefixSum, radiance_desc};
+use lightloom_passes::{Photons, radiance_desc};
 
 /// Cells are this much wider than `2 r_max`, so that rounding never makes the search cube touch a third cell.
 const CELL_SLACK: f32 = 1.0001;
@@ -73,8 +73,7 @@ pub struct HashGrid {
     /// Parameters; may change between frames.
     pub config: HashGridConfig,
     insert: ComputeShader,
-    prefix_sum: PrefixSum,
-    scatter: ComputeShader,
+    scatter: ScatterLists,
     sort: SortLists,
     stats: ListStats,
     pack: ComputeShader,
@@ -90,8 +89,7 @@ impl HashGrid {
         Ok(Self {
             config: HashGridConfig::default(),
             insert: ComputeShader::new(sources, "strategies/hash_grid_insert.wgsl")?,
-            prefix_sum: PrefixSum::new(sources)?,
-            scatter: ComputeShader::new(sources, "strategies/hash_grid_scatter.wgsl")?,
+            scatter: ScatterLists::new(sources)?,
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/hash_grid_pack.wgsl")?,
@@ -115,19 +113,7 @@ impl HashGrid {
             .write("slot_counts", &mut counts)
             .write("photon_places", &mut places)
             .dispatch_1d(photons.capacity);
-
-        let mut offsets = graph.buffer("slot_offsets", BufferDesc::words(u64::from(slots) + 1));
-        self.prefix_sum.add(graph, &counts, &mut offsets, slots);
-
-        let mut entries = graph.buffer("slot_entries", BufferDesc::words(photons.capacity.into()));
-        graph
-            .compute(&self.scatter)
-            .read("photon_state", &photons.state)
-            .read("photon_places", &places)
-            .read("slot_offsets", &offsets)
-            .write("slot_entries", &mut entries)
-            .dispatch_1d(photons.capacity);
-        PhotonLists { offsets, entries, lists: slots, entry_capacity: photons.capacity }
+        self.scatter.add(graph, "hash_grid_scatter", photons, &Ranked { counts, places, lists: slots })
     }
 
     fn pack(&self, graph: &mut Graph<'_>, photons: &Photons, lists: &PhotonLists) -> Handle<Buffer> {

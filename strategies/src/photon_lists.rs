@@ -13,6 +13,7 @@
 
 use crate::{Stats, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::{Photons, PrefixSum};
 
 /// Workgroups that share the lists: enough to fill a large device, few enough that starting them costs nothing.
 const WORKGROUPS: u32 = 1024;
@@ -48,6 +49,48 @@ pub struct PhotonLists {
     pub lists: u32,
     /// Entries there is room for.
     pub entry_capacity: u32,
+}
+
+/// How many photons each list has, and where among them each photon stands.
+pub(crate) struct Ranked {
+    /// A word per list.
+    pub(crate) counts: Handle<Buffer>,
+    /// For each photon, its list and its rank there.
+    pub(crate) places: Handle<Buffer>,
+    /// Number of lists.
+    pub(crate) lists: u32,
+}
+
+/// Makes the lists of photons that lie in one each, and know their place there: a counting sort.
+#[derive(Debug)]
+pub(crate) struct ScatterLists {
+    prefix_sum: PrefixSum,
+    shader: ComputeShader,
+}
+
+impl ScatterLists {
+    /// Parses the shaders.
+    pub(crate) fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        let shader = ComputeShader::new(sources, "strategies/scatter_lists.wgsl")?;
+        Ok(Self { prefix_sum: PrefixSum::new(sources)?, shader })
+    }
+
+    /// Declares the passes, the last of which is called `name`. There is room for every photon.
+    pub(crate) fn add(&self, graph: &mut Graph<'_>, name: &str, photons: &Photons, ranked: &Ranked) -> PhotonLists {
+        let Ranked { counts, places, lists } = ranked;
+        let mut offsets = graph.buffer("list_offsets", BufferDesc::words(u64::from(*lists) + 1));
+        self.prefix_sum.add(graph, counts, &mut offsets, *lists);
+        let mut entries = graph.buffer("list_entries", BufferDesc::words(photons.capacity.into()));
+        graph
+            .compute(&self.shader)
+            .name(name)
+            .read("photon_state", &photons.state)
+            .read("photon_places", places)
+            .read("offsets", &offsets)
+            .write("entries", &mut entries)
+            .dispatch_1d(photons.capacity);
+        PhotonLists { offsets, entries, lists: *lists, entry_capacity: photons.capacity }
+    }
 }
 
 /// Puts every list into ascending order, in place.

@@ -42,12 +42,12 @@
 //! [Niederreiter92, chapter 5]: https://doi.org/10.1137/1.9781611970081 "Random number generation and quasi-Monte Carlo methods, Niederreiter, 1992"
 
 use crate::parameter::Assignment;
-use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
 use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{Photons, PrefixSum, radiance_desc};
+use lightloom_passes::{Photons, radiance_desc};
 
 /// Covers the rounding of distances at the kernel's edge.
 const REACH_SLACK: f32 = 1.00001;
@@ -128,8 +128,7 @@ pub struct SortedGrid {
     /// Parameters; may change between frames.
     pub config: SortedGridConfig,
     count: ComputeShader,
-    prefix_sum: PrefixSum,
-    scatter: ComputeShader,
+    scatter: ScatterLists,
     sort: SortLists,
     stats: ListStats,
     pack: ComputeShader,
@@ -151,8 +150,7 @@ impl SortedGrid {
         Ok(Self {
             config: SortedGridConfig::default(),
             count: ComputeShader::new(sources, "strategies/sorted_grid_count.wgsl")?,
-            prefix_sum: PrefixSum::new(sources)?,
-            scatter: ComputeShader::new(sources, "strategies/hash_grid_scatter.wgsl")?,
+            scatter: ScatterLists::new(sources)?,
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/sorted_grid_pack.wgsl")?,
@@ -173,20 +171,7 @@ impl SortedGrid {
             .write("bucket_counts", &mut counts)
             .write("photon_places", &mut places)
             .dispatch_1d(photons.capacity);
-
-        let mut offsets = graph.buffer("bucket_offsets", BufferDesc::words(u64::from(buckets) + 1));
-        self.prefix_sum.add(graph, &counts, &mut offsets, buckets);
-
-        let mut entries = graph.buffer("bucket_entries", BufferDesc::words(photons.capacity.into()));
-        graph
-            .compute(&self.scatter)
-            .name("sorted_grid_scatter")
-            .read("photon_state", &photons.state)
-            .read("photon_places", &places)
-            .read("slot_offsets", &offsets)
-            .write("slot_entries", &mut entries)
-            .dispatch_1d(photons.capacity);
-        PhotonLists { offsets, entries, lists: buckets, entry_capacity: photons.capacity }
+        self.scatter.add(graph, "sorted_grid_scatter", photons, &Ranked { counts, places, lists: buckets })
     }
 
     fn pack(&self, graph: &mut Graph<'_>, photons: &Photons, lists: &PhotonLists, radii: Radii) -> SortedPhotons {

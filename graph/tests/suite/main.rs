@@ -9,6 +9,8 @@ mod features;
 mod frames;
 mod fuzzed;
 #[cfg(feature = "placement")]
+mod layer;
+#[cfg(feature = "placement")]
 mod placement;
 mod planning;
 mod properties;

@@ -12,12 +12,8 @@
 //! Where alpha lets rays pass anywhere in a scene, no triangle is opaque to the device, and the shader sees each candidate. A second
 //! geometry for the opaque ones would spare it those, but number its triangles by itself.
 
-use super::gpu_types::BvhTriangle;
+use super::gpu_types::CORNER_BYTES;
 use lightloom_graph::wgpu;
-
-/// Bytes from one corner to the next.
-const VERTEX_BYTES: u64 = 16;
-const _: () = assert!(size_of::<BvhTriangle>() as u64 == 3 * VERTEX_BYTES, "a triangle is three corners");
 
 /// Vertices of `triangles` triangles: what wgpu compares with `max_blas_primitive_count`.
 pub(super) fn vertices(triangles: u32) -> u64 {
@@ -74,7 +70,7 @@ impl Acceleration {
             size: &self.size,
             vertex_buffer: bvh_triangles,
             first_vertex: 0,
-            vertex_stride: VERTEX_BYTES,
+            vertex_stride: CORNER_BYTES,
             index_buffer: None,
             first_index: None,
             transform_buffer: None,

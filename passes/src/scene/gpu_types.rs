@@ -50,6 +50,10 @@ shader_struct! {
     }
 }
 
+/// Bytes from one corner of a [`BvhTriangle`] to the next: to a device, triangles are vertices so far apart.
+pub(crate) const CORNER_BYTES: u64 = 16;
+const _: () = assert!(size_of::<BvhTriangle>() as u64 == 3 * CORNER_BYTES, "a triangle is three corners");
+
 shader_struct! {
     /// What shading needs of a triangle beyond its corners, in scene order (48 bytes).
     pub struct TriangleAttributes {

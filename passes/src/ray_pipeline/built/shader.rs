@@ -7,8 +7,7 @@ use lightloom_graph::wgpu::naga::{
     proc::{BoundsCheckPolicies, BoundsCheckPolicy},
     valid::{Capabilities, ValidationFlags, Validator},
 };
-use lightloom_graph::{FlatWgsl, ShaderError, WgslSources};
-use std::fmt::Write as _;
+use lightloom_graph::{FlatWgsl, ShaderError, WgslSources, error_chain};
 
 /// Path of the shaders.
 pub(super) const PATH: &str = "passes/ray_pipeline/trace_rays.wgsl";
@@ -37,11 +36,12 @@ impl Shader {
     /// the two groups lie; the others are not used.
     pub(super) fn compile(&self, traits: SceneTraits, bindings: &spv::BindingMap) -> Result<[Vec<u32>; 4], String> {
         let source = self.flat.source();
-        let module = naga::front::wgsl::parse_str(source).map_err(|error| self.place(error.location(source), &chain(&error)))?;
+        let module =
+            naga::front::wgsl::parse_str(source).map_err(|error| self.place(error.location(source), &error_chain(&error)))?;
         let capabilities = Capabilities::RAY_TRACING_PIPELINE | Capabilities::SHADER_FLOAT16_IN_FLOAT32;
         let info = Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)
-            .map_err(|error| self.place(error.location(source), &chain(error.as_inner())))?;
+            .map_err(|error| self.place(error.location(source), &error_chain(error.as_inner())))?;
         let constants: PipelineConstants =
             traits.constants().into_iter().map(|(name, value)| (name.to_owned(), f64::from(value))).collect();
         // Whoever adds the pass may say that there are more rays than the buffer holds. Texels are looked up where the scene says.
@@ -57,10 +57,10 @@ impl Shader {
         };
         let stage = |(stage, name): (ShaderStage, &str)| {
             let (module, info) = process_overrides(&module, &info, Some((stage, name)), &constants)
-                .map_err(|error| self.place(None, &chain(&error)))?;
+                .map_err(|error| self.place(None, &error_chain(&error)))?;
             let entry = spv::PipelineOptions { shader_stage: stage, entry_point: name.to_owned() };
             let words = spv::write_vec(&module, &info, &options, Some(&entry));
-            words.map(drop_geometry).map_err(|error| self.place(None, &chain(&error)))
+            words.map(drop_geometry).map_err(|error| self.place(None, &error_chain(&error)))
         };
         let [generation, miss, closest, any] = STAGES.map(stage);
         let mut any = any?;
@@ -74,17 +74,6 @@ impl Shader {
         let (file, line) = location.map_or((PATH, 0), |location| self.flat.locate(location.line_number));
         format!("{file}:{line}: {message}")
     }
-}
-
-/// An error and its causes in one line.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        let _ = write!(text, ": {cause}");
-        source = cause.source();
-    }
-    text
 }
 
 /// One instruction of SPIR-V: its opcode, and its words behind the first.

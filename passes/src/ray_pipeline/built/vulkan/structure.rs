@@ -4,17 +4,13 @@
 
 use super::{Api, Buffer, Owned, Vulkan, alias, layout, scene_entries, whole};
 use crate::ray_pipeline::SceneParts;
-use crate::scene::gpu_types::BvhTriangle;
+use crate::scene::gpu_types::CORNER_BYTES;
 use ash::vk;
 use lightloom_graph::wgpu::{
     self, BufferUses, TextureUses, hal,
     hal::{CommandEncoder as _, Device as _},
 };
 use std::sync::Arc;
-
-/// Bytes from one corner to the next.
-const VERTEX_BYTES: u64 = 16;
-const _: () = assert!(size_of::<BvhTriangle>() as u64 == 3 * VERTEX_BYTES, "a triangle is three corners");
 
 const FLAGS: hal::AccelerationStructureBuildFlags = hal::AccelerationStructureBuildFlags::PREFER_FAST_TRACE;
 
@@ -59,10 +55,10 @@ impl Structure {
     /// submission is one of its own, behind the frames submitted before it.
     pub(crate) fn build(self: &Arc<Self>, queue: &wgpu::Queue) -> Result<(), String> {
         let count = vertices(&self.parts);
-        let bytes = u64::from(count) * VERTEX_BYTES;
+        let bytes = u64::from(count) * CORNER_BYTES;
         let uses = BufferUses::COPY_DST | BufferUses::BOTTOM_LEVEL_ACCELERATION_STRUCTURE_INPUT;
         // hal names the vertex behind the last as the largest index.
-        let copy = self.vulkan.buffer("ray_pipeline_vertices", bytes + VERTEX_BYTES, uses)?;
+        let copy = self.vulkan.buffer("ray_pipeline_vertices", bytes + CORNER_BYTES, uses)?;
         let scratch =
             self.vulkan.buffer("ray_pipeline_scratch", self.scratch_bytes.max(1), BufferUses::ACCELERATION_STRUCTURE_SCRATCH)?;
         let (copy, scratch) = (Arc::new(copy), Arc::new(scratch));
@@ -91,7 +87,7 @@ impl Structure {
 }
 
 fn vertices(parts: &SceneParts) -> u32 {
-    (parts.bvh_triangles.size() / VERTEX_BYTES) as u32
+    (parts.bvh_triangles.size() / CORNER_BYTES) as u32
 }
 
 type Entries<'a> = hal::AccelerationStructureEntries<'a, Buffer>;
@@ -102,7 +98,7 @@ fn geometry(vertices: Option<&Buffer>, count: u32, opaque: bool) -> Entries<'_> 
         vertex_format: wgpu::VertexFormat::Float32x3,
         first_vertex: 0,
         vertex_count: count,
-        vertex_stride: VERTEX_BYTES,
+        vertex_stride: CORNER_BYTES,
         indices: None,
         transform: None,
         flags: if opaque {
