@@ -5,14 +5,13 @@
 #import "shared/brdf.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/photon.wgsl"
+#import "shared/shading_normal.wgsl"
 
 // Height at which the cone kernel κ(s) = min(c, 1 − s/r) is cut.
 const KERNEL_CUT: f32 = 0.2;
 // Photons whose surface is turned further away than this lie on another surface: the other side of a wall, or the next
 // wall of a corner.
 const MIN_NORMAL_COSINE: f32 = 0.5;
-// Bound of the shading-normal correction (ω·n_s) / (ω·n_g).
-const MAX_SHADING_CORRECTION: f32 = 4.0;
 
 // r = r_min + (r_max − r_min) √(1 − ρ) [MML13, Eq. 4] (m).
 fn photon_radius(photon: Photon, r_min: f32, r_max: f32) -> f32 {
@@ -40,7 +39,7 @@ fn photon_contribution(point: VisiblePoint, photon: Photon, radius: f32) -> vec3
     if cos_geometric <= 0.0 || dot(octahedral_decode(photon.normal), point.normal_geometric) < MIN_NORMAL_COSINE {
         return vec3f(0.0);
     }
-    let correction = min(dot(incident, point.brdf.normal) / (cos_geometric + 1.0e-4), MAX_SHADING_CORRECTION);
-    let reflected = brdf_eval(point.brdf, incident, point.to_eye) * max(correction, 0.0);
+    let correction = shading_correction(incident, point.brdf.normal, cos_geometric);
+    let reflected = brdf_eval(point.brdf, incident, point.to_eye) * correction;
     return flux_decode(photon.flux) * reflected * kernel_density(sqrt(distance2), radius);
 }

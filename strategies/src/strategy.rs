@@ -4,7 +4,7 @@ use crate::parameter::Assignment;
 use crate::{Parameter, Requirements, StrategyError};
 use lightloom_graph::{Buffer, Graph, Handle, Texture};
 use lightloom_passes::scene::{SceneHandles, SceneInfo};
-use lightloom_passes::{CameraUniform, GBuffer, Photons};
+use lightloom_passes::{CameraUniform, GBuffer, Irradiance, Photons};
 
 /// One way of estimating the light that leaves visible surfaces towards the eye.
 ///
@@ -94,6 +94,9 @@ pub struct Estimate {
     pub indirect: Handle<Texture>,
     /// The part of `indirect` whose earlier scatterings were all specular.
     pub caustic: Option<Handle<Texture>>,
+    /// The light of which `indirect` is what the visible surfaces reflect, for strategies that sum light before it is reflected: filters
+    /// take it in place of `indirect`, and reflect it afterwards.
+    pub irradiance: Option<Irradiance>,
     /// Light emitted at the visible point or come to it straight from a light. `None`: the pipeline's own pass computes it.
     pub direct: Option<Handle<Texture>>,
     /// The images also hold the pixels whose first surface is specular. Otherwise the pipeline's own pass fills them.
@@ -105,7 +108,7 @@ pub struct Estimate {
 impl Estimate {
     /// An estimate of indirect light and nothing else.
     pub fn new(indirect: Handle<Texture>) -> Self {
-        Self { indirect, caustic: None, direct: None, covers_specular: false, stats: None }
+        Self { indirect, caustic: None, irradiance: None, direct: None, covers_specular: false, stats: None }
     }
 }
 
