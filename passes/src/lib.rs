@@ -42,6 +42,7 @@ mod scene_bind;
 mod scene_shader;
 mod specular_pixels;
 mod trace_rays;
+mod upsample;
 mod visibility;
 
 pub use accumulate::{Accumulate, Accumulated};
@@ -66,6 +67,7 @@ pub use rsm::{FirstHit, MapsBy, Rsm, RsmMaps, RsmSettings, RsmSource};
 pub use scene_shader::SceneShader;
 pub use specular_pixels::SpecularPixels;
 pub use trace_rays::{Ray, RayHit, TraceRays};
+pub use upsample::{Subsample, SubsampledPoints, Upsample};
 pub use visibility::Visibility;
 
 use lightloom_graph::{TextureDesc, WgslSources, wgpu::TextureFormat};

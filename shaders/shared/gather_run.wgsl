@@ -5,6 +5,7 @@
 // and what it adds to the sum, if it is:
 //
 //     fn add_candidate(sum: ptr<function, RadianceSum>, point: VisiblePoint, i: u32)
+#import "shared/gather_sampling.wgsl"
 #import "shared/radiance_sum.wgsl"
 
 // Bit `i` where candidate `first + i` is in reach.
@@ -34,5 +35,43 @@ fn gather_run(sum: ptr<function, RadianceSum>, point: VisiblePoint, run: vec2u) 
             near &= near - 1u;
             add_candidate(sum, point, i);
         }
+    }
+}
+
+// Adds those candidates of a run that `picker` takes; without their weight, see `finish_sum`.
+fn gather_picked(sum: ptr<function, RadianceSum>, picker: ptr<function, PhotonPicker>, point: VisiblePoint, run: vec2u) {
+    var begin = run.x;
+    while begin + (*picker).skip < run.y {
+        let i = begin + (*picker).skip;
+        (*sum).tested += i + 1u - begin;
+        begin = i + 1u;
+        (*picker).skip = pick_skip(picker);
+        if in_reach(i, point.position) {
+            (*sum).pending += 1u;
+            add_candidate(sum, point, i);
+        }
+    }
+    // The rest is passed over; unless the loop was ended early.
+    let rest = run.y - begin;
+    if (*picker).skip >= rest {
+        (*picker).skip -= rest;
+        (*sum).tested += rest;
+    }
+}
+
+// Adds the candidates of a run, or those of them that `picker` takes.
+fn gather(sum: ptr<function, RadianceSum>, picker: ptr<function, PhotonPicker>, point: VisiblePoint, run: vec2u) {
+    if STOCHASTIC {
+        gather_picked(sum, picker, point, run);
+    } else {
+        gather_run(sum, point, run);
+    }
+}
+
+// Makes up for the photons that were not taken, after the last run.
+fn finish_sum(sum: ptr<function, RadianceSum>, sampling: GatherSampling) {
+    if STOCHASTIC {
+        (*sum).indirect *= sampling.weight;
+        (*sum).caustic *= sampling.weight;
     }
 }

@@ -17,7 +17,7 @@ struct VisiblePoint {
     brdf: Brdf,
     // Unit, towards the eye.
     to_eye: vec3f,
-    // A surface is there, and light can be gathered at it: it is neither a mirror nor does it transmit.
+    // See `gathers`.
     gatherable: bool,
     valid: bool,
 }
@@ -40,6 +40,11 @@ fn surface_encode(brdf: Brdf, normal_geometric: vec3f, specular: bool) -> vec4u 
     return vec4u(octahedral_encode(brdf.normal), octahedral_encode(normal_geometric), base_color_encode(brdf.base_color), bits);
 }
 
+// Whether a surface is there, and light can be gathered at it: it is neither a mirror nor does it transmit.
+fn gathers(surface: vec4u) -> bool {
+    return (surface.w & (SURFACE_VALID | SURFACE_SPECULAR)) == SURFACE_VALID;
+}
+
 fn visible_point(position: vec4f, surface: vec4u, camera_position_world: vec3f) -> VisiblePoint {
     var point: VisiblePoint;
     point.position = position.xyz;
@@ -53,6 +58,6 @@ fn visible_point(position: vec4f, surface: vec4u, camera_position_world: vec3f) 
     point.brdf.lambert = (surface.w & SURFACE_LAMBERT) != 0u;
     point.to_eye = normalize(camera_position_world - position.xyz);
     point.valid = (surface.w & SURFACE_VALID) != 0u;
-    point.gatherable = point.valid && (surface.w & SURFACE_SPECULAR) == 0u;
+    point.gatherable = gathers(surface);
     return point;
 }

@@ -51,7 +51,7 @@ fn exact_gather(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
         }
         workgroupBarrier();
         if gathers {
-            gather_block(&sum, point, count);
+            gather_run(&sum, point, vec2u(0u, count));
         }
         workgroupBarrier();
     }

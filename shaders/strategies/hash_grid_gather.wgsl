@@ -1,8 +1,9 @@
-// Sums at each visible point the photons of the cells its search cube touches: [MML13] listing 3 with step(k²) = 1, every photon.
+// Sums at each visible point the photons of the cells its search cube touches: [MML13] listing 3.
 //
 // Cells are slightly wider than 2 r_max, so the cube of half-width r_max touches at most two of them per axis: eight
 // look-ups. The cell of a slot is the cell of the first photon of its list.
 #import "shared/gather_run.wgsl"
+#import "shared/gather_sampling.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/hash_grid.wgsl"
 #import "shared/photon_store.wgsl"
@@ -15,6 +16,7 @@ struct Params {
     r_max: f32,
     pad0: u32,
     size: vec2u,
+    sampling: GatherSampling,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -58,6 +60,7 @@ fn hash_grid_gather(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let point = visible_point(textureLoad(position, id.xy, 0), textureLoad(surface, id.xy, 0), params.camera_position_world);
+    var picker = photon_picker(params.sampling, id.xy);
     var sum: RadianceSum;
     var expected = 0u;
     var cells = 0u;
@@ -75,11 +78,12 @@ fn hash_grid_gather(@builtin(global_invocation_id) id: vec3u) {
                     let range = find_cell(vec3i(x, y, z));
                     cells += 1u;
                     expected += range.y - range.x;
-                    gather_run(&sum, point, range);
+                    gather(&sum, &picker, point, range);
                 }
             }
         }
     }
+    finish_sum(&sum, params.sampling);
     if sum_is_cut(sum, expected) || cells != expected_cells {
         atomicAdd(&stats[4], 1u);
     }

@@ -1,5 +1,6 @@
 // Sums at each visible point the photons of the rows that its search sphere touches, each row as one run of the sorted photons.
 #import "shared/gather_run.wgsl"
+#import "shared/gather_sampling.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/sorted_grid.wgsl"
 
@@ -11,6 +12,7 @@ struct Params {
     size: vec2u,
     pad0: u32,
     pad1: u32,
+    sampling: GatherSampling,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -60,6 +62,7 @@ fn sorted_grid_gather(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let point = visible_point(textureLoad(position, id.xy, 0), textureLoad(surface, id.xy, 0), params.camera_position_world);
+    var picker = photon_picker(params.sampling, id.xy);
     var sum: RadianceSum;
     var expected = 0u;
     var rows = 0u;
@@ -74,10 +77,11 @@ fn sorted_grid_gather(@builtin(global_invocation_id) id: vec3u) {
                 let run = row_run(params.grid, vec2i(y, z), point.position, params.reach);
                 rows += 1u;
                 expected += run.y - run.x;
-                gather_run(&sum, point, run);
+                gather(&sum, &picker, point, run);
             }
         }
     }
+    finish_sum(&sum, params.sampling);
     if sum_is_cut(sum, expected) || rows != expected_rows {
         atomicAdd(&stats[4], 1u);
     }

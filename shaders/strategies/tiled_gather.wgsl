@@ -1,7 +1,8 @@
-// Sums the photons of a tile at each of its pixels: [MML13] listing 6 with step(k²) = 1, that is every photon.
+// Sums the photons of a tile at each of its pixels: [MML13] listing 6.
 //
 // One workgroup per tile; its list passes through workgroup memory in blocks of 256, so that each photon is fetched once
 // per tile rather than once per pixel.
+#import "shared/gather_sampling.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/photon_block.wgsl"
 #import "shared/photon_store.wgsl"
@@ -17,6 +18,7 @@ struct Params {
     pad0: u32,
     pad1: u32,
     pad2: u32,
+    sampling: GatherSampling,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -48,6 +50,7 @@ fn tiled_gather(
     let tile = workgroup.y * params.tiles_x + workgroup.x;
     let end = min(tile_offsets[tile + 1u], params.entry_capacity);
     var sum: RadianceSum;
+    var picker = photon_picker(params.sampling, pixel);
     for (var block = tile_offsets[tile]; block < end; block += PHOTON_BLOCK) {
         let count = min(PHOTON_BLOCK, end - block);
         for (var i = thread; i < count; i += THREADS) {
@@ -56,16 +59,17 @@ fn tiled_gather(
         }
         workgroupBarrier();
         if gathers {
-            gather_block(&sum, point, count);
+            gather(&sum, &picker, point, vec2u(0u, count));
         }
         workgroupBarrier();
     }
+    finish_sum(&sum, params.sampling);
     let begin = min(tile_offsets[tile], end);
     if gathers && sum_is_cut(sum, end - begin) {
         atomicAdd(&stats[4], 1u);
     }
     if inside {
-        textureStore(indirect, pixel, vec4f(sum.indirect, 1.0));
-        textureStore(caustic, pixel, vec4f(sum.caustic, 1.0));
+        textureStore(indirect, id.xy, vec4f(sum.indirect, 1.0));
+        textureStore(caustic, id.xy, vec4f(sum.caustic, 1.0));
     }
 }

@@ -43,7 +43,7 @@ fn tiled_insert(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     for (var y = range.first.y; y < range.end.y; y++) {
         for (var x = range.first.x; x < range.end.x; x++) {
             let tile = y * params.tiles.x + x;
-            if sphere_meets_tile(tile_bounds[tile], photon.position, radius) {
+            if photon_meets_tile(tile_bounds[tile], photon, radius) {
                 let entry = tile_offsets[tile] + atomicAdd(&tile_counts[tile], 1u);
                 if entry < params.entry_capacity {
                     tile_entries[entry] = index;

@@ -16,13 +16,14 @@
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
+use crate::gather_sampling::{Gather, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::Photons;
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{Photons, radiance_desc};
 
 /// Cells are this much wider than `2 r_max`, so that rounding never makes the search cube touch a third cell.
 const CELL_SLACK: f32 = 1.0001;
@@ -57,6 +58,7 @@ shader_struct! {
         r_max: f32,
         pad0: u32,
         size: [u32; 2],
+        sampling: SamplingParams,
     }
 }
 
@@ -65,6 +67,8 @@ shader_struct! {
 pub struct HashGridConfig {
     /// Kernel radii (m). The cells follow `r_max`.
     pub radius: KernelRadius,
+    /// How much is gathered, and where.
+    pub sampling: GatherSampling,
 }
 
 /// The strategy `hash-grid`.
@@ -77,7 +81,7 @@ pub struct HashGrid {
     sort: SortLists,
     stats: ListStats,
     pack: ComputeShader,
-    gather: ComputeShader,
+    gather: Gather,
 }
 
 impl HashGrid {
@@ -93,7 +97,7 @@ impl HashGrid {
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/hash_grid_pack.wgsl")?,
-            gather: ComputeShader::new(sources, "strategies/hash_grid_gather.wgsl")?,
+            gather: Gather::new(sources, "strategies/hash_grid_gather.wgsl")?,
         })
     }
 
@@ -145,6 +149,8 @@ impl Strategy for HashGrid {
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
+        let sampling = self.config.sampling;
+        let points = self.gather.points(graph, frame, &sampling);
         let grid = grid(frame.info, radii, photons.capacity);
 
         let mut lists = self.lists(graph, photons, grid);
@@ -155,39 +161,42 @@ impl Strategy for HashGrid {
             self.stats.add(graph, &lists, &["entries", "entries_dropped", "cells_used", "longest_list", "pixels_cut"]);
         let cell_photons = self.pack(graph, photons, &lists);
 
-        let mut indirect = graph.texture("hash_grid_indirect", radiance_desc(frame.size));
-        let mut caustic = graph.texture("hash_grid_caustic", radiance_desc(frame.size));
+        let mut images = points.images(graph, "hash_grid");
         let params = GatherParams {
             grid,
             camera_position_world: frame.camera_position_world(),
             r_min: radii.r_min_m,
             r_max: radii.r_max_m,
-            size: frame.size,
+            size: points.size(),
+            sampling: sampling.params(frame.seed),
             ..GatherParams::default()
         };
         graph
-            .compute(&self.gather)
+            .compute(self.gather.shader(&sampling))
             .params(&params)
-            .read("position", &frame.gbuffer.position)
-            .read("surface", &frame.gbuffer.surface)
+            .read("position", points.position())
+            .read("surface", points.surface())
             .read("cell_photons", &cell_photons)
             .read("slot_offsets", &lists.offsets)
-            .write("indirect", &mut indirect)
-            .write("caustic", &mut caustic)
+            .write("indirect", &mut images.indirect)
+            .write("caustic", &mut images.caustic)
             .read("photon_state", &photons.state)
             .write("stats", &mut stats.buffer)
             .heavy()
-            .dispatch_threads([frame.size[0], frame.size[1], 1]);
-        Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })
+            .dispatch_threads([points.size()[0], points.size()[1], 1]);
+        Ok(self.gather.estimate(graph, &points, images, stats))
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
         let assignment = Assignment { strategy: Self::NAME, key, value };
-        if self.config.radius.set(&assignment)? { Ok(()) } else { Err(assignment.unknown(&self.parameters())) }
+        let known = self.config.radius.set(&assignment)? || self.config.sampling.set(&assignment)?;
+        if known { Ok(()) } else { Err(assignment.unknown(&self.parameters())) }
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        self.config.radius.parameters()
+        let mut parameters = self.config.radius.parameters();
+        parameters.extend(self.config.sampling.parameters());
+        parameters
     }
 }
 

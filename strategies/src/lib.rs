@@ -22,6 +22,7 @@
 
 mod error;
 mod exact;
+mod gather_sampling;
 mod hash_grid;
 mod kernel_radius;
 mod parameter;
@@ -39,6 +40,7 @@ mod tiled;
 
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
+pub use gather_sampling::GatherSampling;
 pub use hash_grid::{HashGrid, HashGridConfig};
 pub use kernel_radius::{KernelRadius, Radii};
 pub use parameter::Parameter;

@@ -41,13 +41,14 @@
 //! [Hoetzlein14]: https://ramakarl.com/fluids3/ "Fast fixed-radius nearest neighbors: interactive million-particle fluids, Hoetzlein, GPU Technology Conference, 2014"
 //! [Niederreiter92, chapter 5]: https://doi.org/10.1137/1.9781611970081 "Random number generation and quasi-Monte Carlo methods, Niederreiter, 1992"
 
+use crate::gather_sampling::{Gather, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
+use lightloom_passes::Photons;
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{Photons, radiance_desc};
 
 /// Covers the rounding of distances at the kernel's edge.
 const REACH_SLACK: f32 = 1.00001;
@@ -106,6 +107,7 @@ shader_struct! {
         size: [u32; 2],
         pad0: u32,
         pad1: u32,
+        sampling: SamplingParams,
     }
 }
 
@@ -114,6 +116,8 @@ shader_struct! {
 pub struct SortedGridConfig {
     /// Kernel radii (m). The cells follow `r_max`.
     pub radius: KernelRadius,
+    /// How much is gathered, and where.
+    pub sampling: GatherSampling,
     /// Rows of cells across the widest kernel, 1 to 4; a pixel looks up to one row more along either axis. More rows test fewer photons
     /// in vain, make more look-ups, and need more buckets. Automatic: 1.
     pub rows: Option<u32>,
@@ -132,7 +136,7 @@ pub struct SortedGrid {
     sort: SortLists,
     stats: ListStats,
     pack: ComputeShader,
-    gather: ComputeShader,
+    gather: Gather,
 }
 
 /// The photons in the order of the buckets.
@@ -154,7 +158,7 @@ impl SortedGrid {
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/sorted_grid_pack.wgsl")?,
-            gather: ComputeShader::new(sources, "strategies/sorted_grid_gather.wgsl")?,
+            gather: Gather::new(sources, "strategies/sorted_grid_gather.wgsl")?,
         })
     }
 
@@ -207,6 +211,8 @@ impl Strategy for SortedGrid {
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
+        let sampling = self.config.sampling;
+        let points = self.gather.points(graph, frame, &sampling);
         let reach = reach(frame.info, radii);
         let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted));
         let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), bits);
@@ -219,29 +225,29 @@ impl Strategy for SortedGrid {
             self.stats.add(graph, &lists, &["entries", "entries_dropped", "buckets_used", "longest_list", "pixels_cut"]);
         let sorted = self.pack(graph, photons, &lists, radii);
 
-        let mut indirect = graph.texture("sorted_grid_indirect", radiance_desc(frame.size));
-        let mut caustic = graph.texture("sorted_grid_caustic", radiance_desc(frame.size));
+        let mut images = points.images(graph, "sorted_grid");
         let params = GatherParams {
             grid,
             camera_position_world: frame.camera_position_world(),
             reach,
-            size: frame.size,
+            size: points.size(),
+            sampling: sampling.params(frame.seed),
             ..GatherParams::default()
         };
         graph
-            .compute(&self.gather)
+            .compute(self.gather.shader(&sampling))
             .params(&params)
-            .read("position", &frame.gbuffer.position)
-            .read("surface", &frame.gbuffer.surface)
+            .read("position", points.position())
+            .read("surface", points.surface())
             .read("sorted_spheres", &sorted.spheres)
             .read("sorted_light", &sorted.light)
             .read("bucket_offsets", &lists.offsets)
-            .write("indirect", &mut indirect)
-            .write("caustic", &mut caustic)
+            .write("indirect", &mut images.indirect)
+            .write("caustic", &mut images.caustic)
             .write("stats", &mut stats.buffer)
             .heavy()
-            .dispatch_threads([frame.size[0], frame.size[1], 1]);
-        Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })
+            .dispatch_threads([points.size()[0], points.size()[1], 1]);
+        Ok(self.gather.estimate(graph, &points, images, stats))
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
@@ -255,7 +261,7 @@ impl Strategy for SortedGrid {
                 let fits = |bits: &u32| (MIN_BUCKET_BITS..=MAX_BUCKET_BITS).contains(bits);
                 self.config.bucket_bits = assignment.parse(fits, "a number from 12 to 24, or `auto`, is needed")?;
             }
-            _ if self.config.radius.set(&assignment)? => {}
+            _ if self.config.radius.set(&assignment)? || self.config.sampling.set(&assignment)? => {}
             _ => return Err(assignment.unknown(&self.parameters())),
         }
         Ok(())
@@ -265,6 +271,7 @@ impl Strategy for SortedGrid {
         let rows = "rows of cells across the widest kernel; more test fewer photons in vain and make more look-ups";
         let bits = "the table has 2 to this power of buckets (8 bytes each); fewer mix more cells, which only costs time";
         let mut parameters = self.config.radius.parameters();
+        parameters.extend(self.config.sampling.parameters());
         parameters.push(Parameter::new("rows", self.config.rows, rows));
         parameters.push(Parameter::new("bucket_bits", self.config.bucket_bits, bits));
         parameters

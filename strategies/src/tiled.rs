@@ -1,38 +1,42 @@
 //! Photons are inserted into the screen tiles they may affect; each tile's pixels gather its list together.
 //!
 //! ```text
-//! for each tile T:    bounds[T] = box of the visible points of T
-//! for each photon P:  for each tile T whose box meets the sphere of P:  count[T] += 1       # counting pass
+//! for each tile T:    bounds[T] = box and normal cone of the visible points of T
+//! for each photon P:  for each tile T whose box meets the sphere of P, and whose cone P can light:
+//!                         count[T] += 1                                                     # counting pass
 //! offsets = prefix sum of count                                                             # allocation pass
 //! for each photon P:  for each such tile T:  entries[offsets[T] + next[T]++] = P            # copy pass
 //! for each tile T:    for each block of 256 photons of T:  into workgroup memory
 //!                         for each pixel (x, y) of T:  image[x, y] += contribution of P at X
 //! ```
 //!
-//! [MML13] listings 5 and 6, without subsampling; tiles of 8 × 8 pixels: every pixel of a tile meets all
+//! [MML13] listings 5 and 6; tiles of 8 × 8 pixels: every pixel of a tile meets all
 //! photons of the tile, so that small tiles save more than the photons they fetch twice cost. Sums the photons `exact` sums, in another order.
 //! Biased for any radius above 0; consistent as radii shrink and photons grow. A photon whose tiles find no room
 //! in the lists is lost there: `entries_dropped` counts them, and raising `entry_capacity` is the mend.
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
+use crate::gather_sampling::{Gather, GatherPoints, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, SortLists};
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{CameraUniform, Photons, PrefixSum, radiance_desc};
+use lightloom_passes::{CameraUniform, Photons, PrefixSum};
 
 /// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
 const MAX_ENTRIES: u32 = 1 << 25;
 
 shader_struct! {
-    /// World-space box of the visible points of one tile.
+    /// World-space box and normal cone of the visible points of one tile.
     struct TileBounds {
         lower_world: [f32; 3],
         points: u32,
         upper_world: [f32; 3],
-        pad0: u32,
+        min_cos_normal: f32,
+        axis: [f32; 3],
+        min_cos_incident: f32,
     }
 }
 
@@ -73,6 +77,7 @@ shader_struct! {
         pad0: u32,
         pad1: u32,
         pad2: u32,
+        sampling: SamplingParams,
     }
 }
 
@@ -81,6 +86,8 @@ shader_struct! {
 pub struct TiledConfig {
     /// Kernel radii (m).
     pub radius: KernelRadius,
+    /// How much is gathered, and where.
+    pub sampling: GatherSampling,
     /// Entries of all tile lists together, 4 bytes each, at most 2²⁵. Too few lose light, which is reported.
     /// Automatic: 32 per photon, at least 2²².
     pub entry_capacity: Option<u32>,
@@ -96,7 +103,7 @@ pub struct Tiled {
     prefix_sum: PrefixSum,
     sort: SortLists,
     stats: ListStats,
-    gather: ComputeShader,
+    gather: Gather,
 }
 
 impl Tiled {
@@ -112,29 +119,35 @@ impl Tiled {
             prefix_sum: PrefixSum::new(sources)?,
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
-            gather: ComputeShader::new(sources, "strategies/tiled_gather.wgsl")?,
+            gather: Gather::new(sources, "strategies/tiled_gather.wgsl")?,
         })
     }
 
-    /// Edge of a tile (pixels): the gathering workgroup's.
+    /// Edge of a tile (points that gather): the workgroup's.
     fn tile_size(&self) -> u32 {
-        self.gather.workgroup_size()[0]
+        self.bounds.workgroup_size()[0]
     }
 
-    fn tile_bounds(&self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>, tiles: [u32; 2]) -> Handle<Buffer> {
+    fn tile_bounds(
+        &self,
+        graph: &mut Graph<'_>,
+        frame: &FrameInputs<'_>,
+        points: &GatherPoints<'_>,
+        tiles: [u32; 2],
+    ) -> Handle<Buffer> {
         let count = u64::from(tiles[0]) * u64::from(tiles[1]);
         let mut bounds = graph.buffer("tile_bounds", BufferDesc::array_of::<TileBounds>(count));
         let params = BoundsParams {
             camera_position_world: frame.camera_position_world(),
             tiles_x: tiles[0],
-            size: frame.size,
+            size: points.size(),
             ..BoundsParams::default()
         };
         graph
             .compute(&self.bounds)
             .params(&params)
-            .read("position", &frame.gbuffer.position)
-            .read("surface", &frame.gbuffer.surface)
+            .read("position", points.position())
+            .read("surface", points.surface())
             .write("tile_bounds", &mut bounds)
             .dispatch([tiles[0], tiles[1], 1]);
         bounds
@@ -156,15 +169,22 @@ impl Tiled {
             .dispatch_1d(photons.capacity);
     }
 
-    fn lists(&self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>, photons: &Photons, radii: Radii) -> PhotonLists {
-        let tiles = frame.size.map(|pixels| pixels.div_ceil(self.tile_size()));
+    fn lists(
+        &self,
+        graph: &mut Graph<'_>,
+        frame: &FrameInputs<'_>,
+        photons: &Photons,
+        points: &GatherPoints<'_>,
+        radii: Radii,
+    ) -> PhotonLists {
+        let tiles = points.size().map(|pixels| pixels.div_ceil(self.tile_size()));
         let lists = tiles[0] * tiles[1];
         let words = BufferDesc::words(u64::from(lists) + 1);
-        let bounds = self.tile_bounds(graph, frame, tiles);
+        let bounds = self.tile_bounds(graph, frame, points, tiles);
         let counting = InsertParams {
             camera: *frame.camera,
             tiles,
-            tile_size: self.tile_size(),
+            tile_size: self.tile_size() * points.stride(),
             entry_capacity: 0,
             r_min: radii.r_min_m,
             r_max: radii.r_max_m,
@@ -219,40 +239,42 @@ impl Strategy for Tiled {
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
+        let sampling = self.config.sampling;
+        let points = self.gather.points(graph, frame, &sampling);
 
-        let mut lists = self.lists(graph, frame, photons, radii);
+        let mut lists = self.lists(graph, frame, photons, &points, radii);
         if frame.deterministic {
             self.sort.add(graph, &mut lists);
         }
         let mut stats =
             self.stats.add(graph, &lists, &["entries", "entries_dropped", "tiles_used", "longest_list", "pixels_cut"]);
 
-        let mut indirect = graph.texture("tiled_indirect", radiance_desc(frame.size));
-        let mut caustic = graph.texture("tiled_caustic", radiance_desc(frame.size));
+        let mut images = points.images(graph, "tiled");
         let params = GatherParams {
             camera_position_world: frame.camera_position_world(),
-            tiles_x: frame.size[0].div_ceil(self.tile_size()),
-            size: frame.size,
+            tiles_x: points.size()[0].div_ceil(self.tile_size()),
+            size: points.size(),
+            sampling: sampling.params(frame.seed),
             r_min: radii.r_min_m,
             r_max: radii.r_max_m,
             entry_capacity: lists.entry_capacity,
             ..GatherParams::default()
         };
         graph
-            .compute(&self.gather)
+            .compute(self.gather.shader(&sampling))
             .params(&params)
-            .read("position", &frame.gbuffer.position)
-            .read("surface", &frame.gbuffer.surface)
+            .read("position", points.position())
+            .read("surface", points.surface())
             .read("photons", &photons.records)
             .read("tile_offsets", &lists.offsets)
             .read("tile_entries", &lists.entries)
-            .write("indirect", &mut indirect)
-            .write("caustic", &mut caustic)
+            .write("indirect", &mut images.indirect)
+            .write("caustic", &mut images.caustic)
             .read("photon_state", &photons.state)
             .write("stats", &mut stats.buffer)
             .heavy()
-            .dispatch_threads([frame.size[0], frame.size[1], 1]);
-        Ok(Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) })
+            .dispatch_threads([points.size()[0], points.size()[1], 1]);
+        Ok(self.gather.estimate(graph, &points, images, stats))
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
@@ -262,12 +284,14 @@ impl Strategy for Tiled {
             self.config.entry_capacity = assignment.parse(fits, "a number from 1 to 33554432 (2²⁵), or `auto`, is needed")?;
             return Ok(());
         }
-        if self.config.radius.set(&assignment)? { Ok(()) } else { Err(assignment.unknown(&self.parameters())) }
+        let known = self.config.radius.set(&assignment)? || self.config.sampling.set(&assignment)?;
+        if known { Ok(()) } else { Err(assignment.unknown(&self.parameters())) }
     }
 
     fn parameters(&self) -> Vec<Parameter> {
         let doc = "entries of all tile lists (4 bytes each); too few lose light, which is reported";
         let mut parameters = self.config.radius.parameters();
+        parameters.extend(self.config.sampling.parameters());
         parameters.push(Parameter::new("entry_capacity", self.config.entry_capacity, doc));
         parameters
     }

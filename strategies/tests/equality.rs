@@ -3,59 +3,10 @@
 
 mod common;
 
-use common::{Bench, Images, PROBABILITIES, Random, SPECULAR, View, camera, photon};
+use common::{Bench, Images, SPECULAR, View, camera, density_estimate, floor_and_wall, photons, strategy, views};
 use glam::Vec3;
-use lightloom_passes::{CameraUniform, Photon, decode_flux, decode_octahedral};
-use lightloom_strategies::{Strategy, by_name};
 
 const SIZE: [u32; 2] = [75, 50];
-
-/// The floor y = 0 inside |x|, |z| < 3, and a wall z = −3 up to y = 2; elsewhere nothing.
-fn floor_and_wall(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
-    let meets = |t: f32, normal: Vec3, inside: &dyn Fn(Vec3) -> bool| {
-        (t.is_finite() && t > 1e-4 && inside(origin + direction * t)).then_some((t, normal))
-    };
-    let floor = meets(-origin.y / direction.y, Vec3::Y, &|p| p.x.abs() < 3.0 && p.z.abs() < 3.0);
-    let wall = meets((-3.0 - origin.z) / direction.z, Vec3::Z, &|p| p.x.abs() < 3.0 && (0.0..2.0).contains(&p.y));
-    [floor, wall].into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))
-}
-
-/// Photons on the floor and the wall, clustered and spread, some outside the view, behind the eye and around it; after the
-/// first `count` follow 100 that are not stored.
-fn photons(count: usize) -> Vec<Photon> {
-    let mut random = Random(1);
-    let mut all = Vec::new();
-    for index in 0..count + 100 {
-        let spread = if index % 3 == 0 { 0.2 } else { 3.5 };
-        let p = random.cube() * spread;
-        let (position, normal) = match index % 4 {
-            0 => (Vec3::new(p.x, p.y.abs(), -3.0), Vec3::Z),
-            _ => (Vec3::new(p.x, 0.0, p.z), Vec3::Y),
-        };
-        let from = (normal + 0.9 * random.cube().normalize_or(Vec3::X)).normalize();
-        let flux = Vec3::new(1.0, 0.5 + 0.4 * random.unit(), 0.1) * (0.5 + random.unit());
-        let probability = PROBABILITIES[(random.word() % 4) as usize];
-        all.push(photon(position, normal, from, flux, probability, index % 5 == 0));
-    }
-    all
-}
-
-/// The views: from a distance; from within the photons, low over the floor; turned away from all of them.
-fn views() -> [(&'static str, CameraUniform); 3] {
-    [
-        ("from a distance", camera(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.5, -1.0), SIZE, [0.5, 0.5])),
-        ("within", camera(Vec3::new(0.1, 0.15, 0.2), Vec3::new(0.4, 0.0, -1.0), SIZE, [0.97, 0.03])),
-        ("turned away", camera(Vec3::new(0.0, 2.0, 4.0), Vec3::new(0.0, 2.0, 9.0), SIZE, [0.5, 0.5])),
-    ]
-}
-
-fn strategy(name: &str, settings: &[(&str, &str)]) -> Box<dyn Strategy> {
-    let mut strategy = by_name(name).expect("the strategy exists");
-    for (key, value) in settings {
-        strategy.set(key, value).expect("the parameter exists");
-    }
-    strategy
-}
 
 /// What looks for photons where `exact` tries them all.
 const SEARCHES: [&str; 3] = ["tiled", "hash-grid", "sorted-grid"];
@@ -88,12 +39,12 @@ fn assert_equal(a: &Images, b: &Images, what: &str) {
 fn exact_is_its_formula() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(600);
-    let view = View::new(views()[0].1, floor_and_wall);
+    let view = View::new(views(SIZE)[0].1, floor_and_wall);
     let images = bench.run(&mut *strategy("exact", &RADII[1]), &view, &photons, 600, false);
     let mut lit = 0;
     for (index, (position, surface)) in view.position.iter().zip(&view.surface).enumerate() {
         let gathers = surface[3] != 0 && surface[3] & SPECULAR == 0;
-        let sum = if gathers { density_estimate(position, surface, &photons[..600], 0.05, 0.4) } else { [0.0; 3] };
+        let sum = if gathers { density_estimate(position, surface, &photons[..600], 0.05, 0.4).sum } else { [0.0; 3] };
         for (&gpu, sum) in images.indirect[index].iter().zip(sum) {
             let gpu = f64::from(gpu);
             // Directions are 16-bit codes decoded in 32-bit floats on one side and the other: 1e-4 near the cut of normals and at
@@ -105,37 +56,11 @@ fn exact_is_its_formula() {
     assert!(lit > 500, "only {lit} pixels are lit: the test shows nothing");
 }
 
-/// [MML13] Eq. 1 for a white Lambertian, with PHYSICS' kernel, in 64-bit floats.
-fn density_estimate(position: &[f32; 4], surface: &[u32; 4], photons: &[Photon], r_min: f64, r_max: f64) -> [f64; 3] {
-    const CUT: f64 = 0.2;
-    let point = Vec3::new(position[0], position[1], position[2]).as_dvec3();
-    let normal = decode_octahedral(surface[1]);
-    let mut sum = [0.0; 3];
-    for photon in photons {
-        let rho = [1.0, 0.5, 0.25, 0.0][PROBABILITIES.iter().position(|&p| p == photon.length_probability >> 16).unwrap_or(0)];
-        let r = r_min + (r_max - r_min) * f64::sqrt(1.0 - rho);
-        let s = Vec3::from(photon.position).as_dvec3().distance(point);
-        let from = -decode_octahedral(photon.direction);
-        if s >= r || from.dot(normal) <= 0.0 || decode_octahedral(photon.normal).dot(normal) < 0.5 {
-            continue;
-        }
-        let integral = std::f64::consts::PI * r * r * CUT * (CUT * CUT / 3.0 - CUT + 1.0);
-        let kernel = CUT.min(1.0 - s / r) / integral;
-        let cosine = f64::from(from.dot(normal));
-        let flux = decode_flux(photon.flux).as_dvec3().to_array();
-        for (sum, flux) in sum.iter_mut().zip(flux) {
-            // The shading-normal correction of equal normals, cos / (cos + 1e-4), is part of the shader's definition.
-            *sum += flux / std::f64::consts::PI * kernel * cosine / (cosine + 1e-4);
-        }
-    }
-    sum
-}
-
 #[test]
 fn all_strategies_equal_exact() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
-    for (place, camera) in views() {
+    for (place, camera) in views(SIZE) {
         let view = View::new(camera, floor_and_wall);
         for radii in &RADII {
             let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
@@ -156,7 +81,7 @@ fn all_strategies_equal_exact() {
 fn sorted_grids_of_any_shape_equal_exact() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
-    let view = View::new(views()[1].1, floor_and_wall);
+    let view = View::new(views(SIZE)[1].1, floor_and_wall);
     for radii in &RADII[..2] {
         let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
         for (rows, bits) in [("1", "14"), ("2", "12"), ("3", "13"), ("4", "12")] {
@@ -172,7 +97,7 @@ fn sorted_grids_of_any_shape_equal_exact() {
 fn kernels_from_tiny_to_wider_than_the_scene_equal_exact() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
-    let view = View::new(views()[1].1, floor_and_wall);
+    let view = View::new(views(SIZE)[1].1, floor_and_wall);
     for (radius, lit) in [("0.02", true), ("1e-6", false), ("100", true)] {
         let exact = bench.run(&mut *strategy("exact", &[("radius", radius)]), &view, &photons, 2500, false);
         assert_eq!(exact.indirect.iter().any(|pixel| pixel[0] > 0.0), lit, "{radius} m");
@@ -189,7 +114,7 @@ fn kernels_from_tiny_to_wider_than_the_scene_equal_exact() {
 fn one_photon_is_one_term() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(1);
-    let view = View::new(views()[0].1, floor_and_wall);
+    let view = View::new(views(SIZE)[0].1, floor_and_wall);
     let exact = bench.run(&mut *strategy("exact", &RADII[2]), &view, &photons, 1, false);
     assert!(exact.indirect.iter().any(|pixel| pixel[0] > 0.0), "the photon is seen");
     for name in SEARCHES {
@@ -201,7 +126,7 @@ fn one_photon_is_one_term() {
 fn no_photons_no_light() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(0);
-    let view = View::new(views()[0].1, floor_and_wall);
+    let view = View::new(views(SIZE)[0].1, floor_and_wall);
     for name in ["exact"].into_iter().chain(SEARCHES) {
         let images = bench.run(&mut *strategy(name, &RADII[0]), &view, &photons, 0, true);
         assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{name} finds light in rubbish");
@@ -212,7 +137,7 @@ fn no_photons_no_light() {
 fn deterministic_runs_give_equal_bits() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(2500);
-    let view = View::new(views()[1].1, floor_and_wall);
+    let view = View::new(views(SIZE)[1].1, floor_and_wall);
     for name in ["exact"].into_iter().chain(SEARCHES) {
         let mut strategy = strategy(name, &RADII[1]);
         let first = bench.run(&mut *strategy, &view, &photons, 2500, true);
@@ -243,7 +168,7 @@ fn deterministic_buckets_are_summed_in_one_order() {
 fn full_lists_are_reported() {
     let Some(mut bench) = Bench::new() else { return };
     let photons = photons(500);
-    let view = View::new(views()[0].1, floor_and_wall);
+    let view = View::new(views(SIZE)[0].1, floor_and_wall);
     let roomy = bench.run(&mut *strategy("tiled", &RADII[0]), &view, &photons, 500, false);
     let entries = roomy.stats.iter().find(|(name, _)| *name == "entries").unwrap().1;
     assert!(entries > 100, "{entries}");

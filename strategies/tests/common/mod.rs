@@ -4,10 +4,10 @@
 
 use glam::{Mat4, Vec3};
 use lightloom_graph::wgpu::{self, util::DeviceExt};
-use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, TextureDesc, bytemuck};
+use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, Handle, Texture, TextureDesc, bytemuck};
 use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo, SceneTraits};
-use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons};
-use lightloom_strategies::{FrameInputs, Strategy};
+use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons, decode_flux, decode_octahedral};
+use lightloom_strategies::{FrameInputs, Strategy, by_name};
 
 /// A sequence of uniform numbers: `SplitMix64`.
 pub(crate) struct Random(pub(crate) u64);
@@ -115,6 +115,92 @@ pub(crate) fn camera(eye: Vec3, target: Vec3, size: [u32; 2], jitter: [f32; 2]) 
     CameraUniform::new(&camera, size, jitter, 10.0)
 }
 
+/// The floor y = 0 inside |x|, |z| < 3, and a wall z = −3 up to y = 2; elsewhere nothing.
+pub(crate) fn floor_and_wall(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
+    let meets = |t: f32, normal: Vec3, inside: &dyn Fn(Vec3) -> bool| {
+        (t.is_finite() && t > 1e-4 && inside(origin + direction * t)).then_some((t, normal))
+    };
+    let floor = meets(-origin.y / direction.y, Vec3::Y, &|p| p.x.abs() < 3.0 && p.z.abs() < 3.0);
+    let wall = meets((-3.0 - origin.z) / direction.z, Vec3::Z, &|p| p.x.abs() < 3.0 && (0.0..2.0).contains(&p.y));
+    [floor, wall].into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Photons on the floor and the wall, clustered and spread, some outside the view, behind the eye and around it; after the
+/// first `count` follow 100 that are not stored.
+pub(crate) fn photons(count: usize) -> Vec<Photon> {
+    let mut random = Random(1);
+    let mut all = Vec::new();
+    for index in 0..count + 100 {
+        let spread = if index % 3 == 0 { 0.2 } else { 3.5 };
+        let p = random.cube() * spread;
+        let (position, normal) = match index % 4 {
+            0 => (Vec3::new(p.x, p.y.abs(), -3.0), Vec3::Z),
+            _ => (Vec3::new(p.x, 0.0, p.z), Vec3::Y),
+        };
+        // As on curved surfaces: up to 60° from the normal of the points around, and a little further.
+        let normal = (normal + 0.9 * random.cube().normalize_or(Vec3::X)).normalize();
+        let from = (normal + 0.9 * random.cube().normalize_or(Vec3::X)).normalize();
+        let flux = Vec3::new(1.0, 0.5 + 0.4 * random.unit(), 0.1) * (0.5 + random.unit());
+        let probability = PROBABILITIES[(random.word() % 4) as usize];
+        all.push(photon(position, normal, from, flux, probability, index % 5 == 0));
+    }
+    all
+}
+
+/// The views: from a distance; from within the photons, low over the floor; turned away from all of them.
+pub(crate) fn views(size: [u32; 2]) -> [(&'static str, CameraUniform); 3] {
+    [
+        ("from a distance", camera(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.5, -1.0), size, [0.5, 0.5])),
+        ("within", camera(Vec3::new(0.1, 0.15, 0.2), Vec3::new(0.4, 0.0, -1.0), size, [0.97, 0.03])),
+        ("turned away", camera(Vec3::new(0.0, 2.0, 4.0), Vec3::new(0.0, 2.0, 9.0), size, [0.5, 0.5])),
+    ]
+}
+
+pub(crate) fn strategy(name: &str, settings: &[(&str, &str)]) -> Box<dyn Strategy> {
+    let mut strategy = by_name(name).expect("the strategy exists");
+    for (key, value) in settings {
+        strategy.set(key, value).expect("the parameter exists");
+    }
+    strategy
+}
+
+/// What a pixel sums.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Terms {
+    /// Of the terms.
+    pub(crate) sum: [f64; 3],
+    /// Of their squares.
+    pub(crate) squares: [f64; 3],
+}
+
+/// [MML13] Eq. 1 for a white Lambertian, with PHYSICS' kernel, in 64-bit floats.
+pub(crate) fn density_estimate(position: &[f32; 4], surface: &[u32; 4], photons: &[Photon], r_min: f64, r_max: f64) -> Terms {
+    const CUT: f64 = 0.2;
+    let point = Vec3::new(position[0], position[1], position[2]).as_dvec3();
+    let normal = decode_octahedral(surface[1]);
+    let mut terms = Terms::default();
+    for photon in photons {
+        let rho = [1.0, 0.5, 0.25, 0.0][PROBABILITIES.iter().position(|&p| p == photon.length_probability >> 16).unwrap_or(0)];
+        let r = r_min + (r_max - r_min) * f64::sqrt(1.0 - rho);
+        let s = Vec3::from(photon.position).as_dvec3().distance(point);
+        let from = -decode_octahedral(photon.direction);
+        if s >= r || from.dot(normal) <= 0.0 || decode_octahedral(photon.normal).dot(normal) < 0.5 {
+            continue;
+        }
+        let integral = std::f64::consts::PI * r * r * CUT * (CUT * CUT / 3.0 - CUT + 1.0);
+        let kernel = CUT.min(1.0 - s / r) / integral;
+        let cosine = f64::from(from.dot(normal));
+        let flux = decode_flux(photon.flux).as_dvec3().to_array();
+        for (channel, flux) in flux.into_iter().enumerate() {
+            // The shading-normal correction of equal normals, cos / (cos + 1e-4), is part of the shader's definition.
+            let term = flux / std::f64::consts::PI * kernel * cosine / (cosine + 1e-4);
+            terms.sum[channel] += term;
+            terms.squares[channel] += term * term;
+        }
+    }
+    terms
+}
+
 /// What a strategy returned.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Images {
@@ -126,12 +212,48 @@ pub(crate) struct Images {
 /// A device and the tests' inputs on it.
 pub(crate) struct Bench {
     pub(crate) executor: Executor,
+    /// Of what is drawn at random.
+    pub(crate) seed: u32,
 }
 
 impl Bench {
     /// `None`: no adapter, and that was printed.
     pub(crate) fn new() -> Option<Self> {
-        Some(Self { executor: Executor::new(&Gpu::for_tests()?) })
+        Some(Self { executor: Executor::new(&Gpu::for_tests()?), seed: 0 })
+    }
+
+    /// An image of `texels` in the graph.
+    pub(crate) fn image<T: bytemuck::NoUninit>(
+        &self,
+        graph: &mut Graph<'_>,
+        name: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        texels: &[T],
+    ) -> Handle<Texture> {
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some(name),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        };
+        let (order, contents) = (wgpu::util::TextureDataOrder::LayerMajor, bytemuck::cast_slice(texels));
+        let texture = self.executor.device().create_texture_with_data(self.executor.queue(), &descriptor, order, contents);
+        graph.import_texture(name, TextureDesc::new_2d(size, format), texture)
+    }
+
+    /// The view in the graph.
+    pub(crate) fn gbuffer(&self, graph: &mut Graph<'_>, view: &View) -> GBuffer {
+        let size = view.camera.size;
+        GBuffer {
+            position: self.image(graph, "position", size, POSITION, &view.position),
+            surface: self.image(graph, "surface", size, SURFACE, &view.surface),
+            emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
+        }
     }
 
     /// Runs `strategy` on `stored` of `photons` (the rest is rubbish it must not read) and `view`.
@@ -144,34 +266,16 @@ impl Bench {
         deterministic: bool,
     ) -> Images {
         let device = self.executor.device().clone();
-        let queue = self.executor.queue().clone();
         let size = view.camera.size;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffer = |contents: &[u8]| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("test"), contents, usage })
         };
-        let image = |format, contents: &[u8]| {
-            let descriptor = wgpu::TextureDescriptor {
-                label: Some("test"),
-                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            };
-            device.create_texture_with_data(&queue, &descriptor, wgpu::util::TextureDataOrder::LayerMajor, contents)
-        };
         let state = PhotonState { stored, ..PhotonState::default() };
 
         let mut graph = Graph::new(strategy.name());
         let capacity = photons.len() as u32;
-        let gbuffer = GBuffer {
-            position: import_image(&mut graph, "position", size, image(POSITION, bytemuck::cast_slice(&view.position))),
-            surface: import_image(&mut graph, "surface", size, image(SURFACE, bytemuck::cast_slice(&view.surface))),
-            emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
-        };
+        let gbuffer = self.gbuffer(&mut graph, view);
         let records = BufferDesc::array_of::<Photon>(capacity.into());
         let photons = Photons {
             records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
@@ -193,7 +297,7 @@ impl Bench {
             camera: &view.camera,
             size,
             frame_index: 0,
-            seed: 0,
+            seed: self.seed,
             max_bounces: 4,
             deterministic,
         };
@@ -208,18 +312,8 @@ impl Bench {
     }
 }
 
-const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(crate) const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
-
-fn import_image(
-    graph: &mut Graph<'_>,
-    name: &str,
-    size: [u32; 2],
-    texture: wgpu::Texture,
-) -> lightloom_graph::Handle<lightloom_graph::Texture> {
-    let desc = TextureDesc::new_2d(size, texture.format());
-    graph.import_texture(name, desc, texture)
-}
 
 /// Handles to nothing: the strategies under test trace no rays.
 fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
