@@ -28,6 +28,15 @@ impl SceneShader {
         Ok(Self { general: ComputeShader::new(sources, path)?, ray_query, variants: Arc::default() })
     }
 
+    /// The shader with the WGSL `override` `name` set.
+    ///
+    /// # Errors
+    /// If there is no such override or the value does not fit its type.
+    pub fn with_constant(self, name: &str, value: f64) -> Result<Self, ShaderError> {
+        let ray_query = self.ray_query.map(|shader| shader.with_constant(name, value)).transpose()?;
+        Ok(Self { general: self.general.with_constant(name, value)?, ray_query, variants: Arc::default() })
+    }
+
     /// The shader for `scene`.
     pub fn variant(&self, scene: &SceneHandles) -> ComputeShader {
         let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);

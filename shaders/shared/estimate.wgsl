@@ -21,25 +21,41 @@ fn photon_radius(photon: Photon, r_min: f32, r_max: f32) -> f32 {
     return r_min + (r_max - r_min) * sqrt(saturate(1.0 - photon_path_probability(photon)));
 }
 
-// κ(s) / ∫κ (m⁻²); ∫κ = π r² c (c²/3 − c + 1).
-fn kernel_density(s: f32, radius: f32) -> f32 {
+// κ(s) / ∫κ (m⁻²) at four distances; ∫κ = π r² c (c²/3 − c + 1).
+fn kernel_densities(s: vec4f, radius: f32) -> vec4f {
     let integral = PI * radius * radius * KERNEL_CUT * (KERNEL_CUT * KERNEL_CUT / 3.0 - KERNEL_CUT + 1.0);
-    return min(KERNEL_CUT, max(0.0, 1.0 - s / radius)) / integral;
+    return min(vec4f(KERNEL_CUT), max(vec4f(0.0), 1.0 - s / radius)) / integral;
 }
 
-// Radiance (W·m⁻²·sr⁻¹) that the photon adds to what leaves `point` towards the eye.
+// The same at one distance.
+fn kernel_density(s: f32, radius: f32) -> f32 {
+    return kernel_densities(vec4f(s), radius).x;
+}
+
+// What a photon brings, whatever point it is gathered at.
+struct PhotonLight {
+    // Unit, towards where it came from (world).
+    incident: vec3f,
+    // Geometric normal of the surface it lies on (world).
+    normal: vec3f,
+    // W.
+    flux: vec3f,
+}
+
+fn photon_light(photon: Photon) -> PhotonLight {
+    return PhotonLight(-octahedral_decode(photon.direction), octahedral_decode(photon.normal), flux_decode(photon.flux));
+}
+
+// Radiance (W·m⁻²·sr⁻¹) that a photon at the squared distance `distance2` (m²) adds to what leaves `point` towards the eye.
+fn light_contribution(point: VisiblePoint, light: PhotonLight, distance2: f32, radius: f32) -> vec3f {
+    let cos_geometric = dot(light.incident, point.normal_geometric);
+    let counts = distance2 < radius * radius && cos_geometric > 0.0 && dot(light.normal, point.normal_geometric) >= MIN_NORMAL_COSINE;
+    let correction = shading_correction(light.incident, point.brdf.normal, cos_geometric);
+    let reflected = brdf_eval(point.brdf, light.incident, point.to_eye) * correction;
+    return select(vec3f(0.0), light.flux * reflected * kernel_density(sqrt(distance2), radius), counts);
+}
+
 fn photon_contribution(point: VisiblePoint, photon: Photon, radius: f32) -> vec3f {
     let apart = photon.position - point.position;
-    let distance2 = dot(apart, apart);
-    if distance2 >= radius * radius {
-        return vec3f(0.0);
-    }
-    let incident = -octahedral_decode(photon.direction);
-    let cos_geometric = dot(incident, point.normal_geometric);
-    if cos_geometric <= 0.0 || dot(octahedral_decode(photon.normal), point.normal_geometric) < MIN_NORMAL_COSINE {
-        return vec3f(0.0);
-    }
-    let correction = shading_correction(incident, point.brdf.normal, cos_geometric);
-    let reflected = brdf_eval(point.brdf, incident, point.to_eye) * correction;
-    return flux_decode(photon.flux) * reflected * kernel_density(sqrt(distance2), radius);
+    return light_contribution(point, photon_light(photon), dot(apart, apart), radius);
 }

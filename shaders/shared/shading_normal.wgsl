@@ -3,8 +3,12 @@
 // Bound of the ratio (ω·n_s) / (ω·n_g).
 const MAX_SHADING_CORRECTION: f32 = 4.0;
 
-// The ratio for light from `incident`, whose cosine with the geometric normal is `cos_geometric`; 0 for light behind the shading
-// surface.
+// The ratio for light whose cosines with the two normals are given, at four points; 0 for light behind the shading surface.
+fn shading_corrections(cos_shading: vec4f, cos_geometric: vec4f) -> vec4f {
+    return max(min(cos_shading / (cos_geometric + 1.0e-4), vec4f(MAX_SHADING_CORRECTION)), vec4f(0.0));
+}
+
+// The same at one point, for light from `incident`.
 fn shading_correction(incident: vec3f, shading_normal: vec3f, cos_geometric: f32) -> f32 {
-    return max(min(dot(incident, shading_normal) / (cos_geometric + 1.0e-4), MAX_SHADING_CORRECTION), 0.0);
+    return shading_corrections(vec4f(dot(incident, shading_normal)), vec4f(cos_geometric)).x;
 }

@@ -38,3 +38,9 @@ fn row_begin(grid: SortedGrid, row: vec2i) -> u32 {
 fn row_cell(grid: SortedGrid, x: f32) -> u32 {
     return u32(clamp(floor(x), 0.0, grid.last_x));
 }
+
+// Where the sorted photon `index` lies in the textures that hold them, a row after the other. Textures, for a software adapter
+// fetches texels for all threads of a group at once, and words of a buffer for each thread in turn.
+fn sorted_texel(index: u32) -> vec2u {
+    return vec2u(index & 4095u, index >> 12u);
+}

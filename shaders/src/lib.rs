@@ -107,6 +107,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "strategies/sort_lists.wgsl",
     "strategies/sorted_grid_count.wgsl",
     "strategies/sorted_grid_gather.wgsl",
+    "strategies/sorted_grid_gather_quads.wgsl",
     "strategies/sorted_grid_pack.wgsl",
     "strategies/surface_layers.wgsl",
     "strategies/tiled_bounds.wgsl",

@@ -18,8 +18,8 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var position: texture_2d<f32>;
 @group(0) @binding(2) var surface: texture_2d<u32>;
-@group(0) @binding(3) var<storage, read> sorted_spheres: array<vec4f>;
-@group(0) @binding(4) var<storage, read> sorted_light: array<vec4u>;
+@group(0) @binding(3) var sorted_spheres: texture_2d<f32>;
+@group(0) @binding(4) var sorted_light: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read> bucket_offsets: array<u32>;
 @group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
@@ -28,14 +28,14 @@ struct Params {
 
 // Whether the sphere of the photon holds `position`.
 fn in_reach(i: u32, position: vec3f) -> bool {
-    let sphere = sorted_spheres[i];
+    let sphere = textureLoad(sorted_spheres, sorted_texel(i), 0);
     let offset = sphere.xyz - position;
     return dot(offset, offset) < sphere.w * sphere.w;
 }
 
 fn add_candidate(sum: ptr<function, RadianceSum>, point: VisiblePoint, i: u32) {
-    let sphere = sorted_spheres[i];
-    let light = sorted_light[i];
+    let sphere = textureLoad(sorted_spheres, sorted_texel(i), 0);
+    let light = textureLoad(sorted_light, sorted_texel(i), 0);
     add_photon(sum, point, Photon(sphere.xyz, light.x, light.y, light.z, 0u, light.w), sphere.w);
 }
 

@@ -4,6 +4,7 @@
 #import "shared/dispatch.wgsl"
 #import "shared/estimate.wgsl"
 #import "shared/photon_store.wgsl"
+#import "shared/sorted_grid.wgsl"
 
 struct Params {
     // Kernel radii (m).
@@ -18,9 +19,9 @@ struct Params {
 @group(0) @binding(2) var<storage, read> photon_state: PhotonState;
 @group(0) @binding(3) var<storage, read> bucket_entries: array<u32>;
 // Position (m) and kernel radius (m).
-@group(0) @binding(4) var<storage, read_write> sorted_spheres: array<vec4f>;
+@group(0) @binding(4) var sorted_spheres: texture_storage_2d<rgba32float, write>;
 // Flux, direction, normal, bounce and flags, as in Photon.
-@group(0) @binding(5) var<storage, read_write> sorted_light: array<vec4u>;
+@group(0) @binding(5) var sorted_light: texture_storage_2d<rgba32uint, write>;
 
 @compute @workgroup_size(64)
 fn sorted_grid_pack(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
@@ -29,6 +30,7 @@ fn sorted_grid_pack(@builtin(global_invocation_id) id: vec3u, @builtin(num_workg
         return;
     }
     let photon = photon_load(photons[bucket_entries[index]], photon_state.grid);
-    sorted_spheres[index] = vec4f(photon.position, photon_radius(photon, params.r_min, params.r_max));
-    sorted_light[index] = vec4u(photon.flux, photon.direction, photon.normal, photon.bounce_flags);
+    let texel = sorted_texel(index);
+    textureStore(sorted_spheres, texel, vec4f(photon.position, photon_radius(photon, params.r_min, params.r_max)));
+    textureStore(sorted_light, texel, vec4u(photon.flux, photon.direction, photon.normal, photon.bounce_flags));
 }

@@ -13,7 +13,7 @@
 use crate::parameter::Assignment;
 use crate::{Estimate, FrameInputs, Parameter, Stats, StrategyError};
 use lightloom_graph::{ComputeShader, Graph, Handle, Texture, WgslSources, shader_struct};
-use lightloom_passes::{Subsample, SubsampledPoints, Upsample, radiance_desc};
+use lightloom_passes::{SceneShader, Subsample, SubsampledPoints, Upsample, radiance_desc};
 
 /// Below this, what is passed over between two photons, drawn from 24 bits, would be too coarse.
 const MIN_SELECTION: f32 = 1.0 / 1024.0;
@@ -79,27 +79,42 @@ impl GatherSampling {
 /// The shader of a gathering pass, with selection and without, and the passes around it.
 #[derive(Debug)]
 pub(crate) struct Gather {
-    every_photon: ComputeShader,
-    some_photons: ComputeShader,
+    every_photon: SceneShader,
+    some_photons: SceneShader,
+    /// Edge (points) of the squares that a thread of `every_photon` gathers for.
+    edge: u32,
     subsample: Subsample,
     upsample: Upsample,
 }
 
 impl Gather {
-    /// Parses the shaders; `path` is that of the gathering one.
+    /// Parses the shaders; `path` is that of the gathering one, a point to a thread.
     pub(crate) fn new(sources: &WgslSources, path: &str) -> Result<Self, StrategyError> {
-        let every_photon = ComputeShader::new(sources, path)?;
         Ok(Self {
-            some_photons: every_photon.clone().with_constant("STOCHASTIC", 1.0)?,
-            every_photon,
+            every_photon: SceneShader::new(sources, path)?,
+            some_photons: SceneShader::new(sources, path)?.with_constant("STOCHASTIC", 1.0)?,
+            edge: 1,
             subsample: Subsample::new(sources)?,
             upsample: Upsample::new(sources)?,
         })
     }
 
+    /// As [`Self::new`]; the shader in `quads` takes its place where every photon is gathered, with 2 × 2 points to a thread.
+    pub(crate) fn with_quads(sources: &WgslSources, path: &str, quads: &str) -> Result<Self, StrategyError> {
+        Ok(Self { every_photon: SceneShader::new(sources, quads)?, edge: 2, ..Self::new(sources, path)? })
+    }
+
     /// The gathering shader.
-    pub(crate) fn shader(&self, sampling: &GatherSampling) -> &ComputeShader {
-        if sampling.stochastic() { &self.some_photons } else { &self.every_photon }
+    pub(crate) fn shader(&self, frame: &FrameInputs<'_>, sampling: &GatherSampling) -> ComputeShader {
+        let shader = if sampling.stochastic() { &self.some_photons } else { &self.every_photon };
+        shader.variant(frame.scene)
+    }
+
+    /// Its threads along each axis.
+    pub(crate) fn threads(&self, points: &GatherPoints<'_>, sampling: &GatherSampling) -> [u32; 3] {
+        let edge = if sampling.stochastic() { 1 } else { self.edge };
+        let [x, y] = points.size().map(|points| points.div_ceil(edge));
+        [x, y, 1]
     }
 
     /// The points that gather.

@@ -4,10 +4,10 @@
 //! for each photon P:  b = bucket of the cell of P;  rank[P] = count[b]++             # counting sort
 //! offsets = prefix sum of count
 //! for each photon P:  entries[offsets[b] + rank[P]] = P;  then copy the photons into that order
-//! for each pixel (x, y) with visible point X:
-//!     for each row of cells within r_max of X:                                       # up to 4, along the world's x axis
+//! for each 2 × 2 pixels (x, y) with visible points X, as far as they lie together:
+//!     for each row of cells within r_max of an X:                                    # along the world's x axis
 //!         first, last = cells where the row enters and leaves the search sphere
-//!         image[x, y] += contribution of P at X, for each P of offsets[bucket(first)] .. offsets[bucket(last) + 1]
+//!         image[x, y] += contribution of P at each X, for each P of offsets[bucket(first)] .. offsets[bucket(last) + 1]
 //! ```
 //!
 //! The counting sort of [Hoetzlein14]: no lists to link, no slots to probe, no room to run out of. A grid over a whole scene is mostly
@@ -25,6 +25,9 @@
 //! photon twice, which a hash of cells could not promise, and what other rows leave in a bucket fails the test of distance. Cells are
 //! four times as long across the rows as along them: thinner cells fit the sphere better, and along a row they cost no look-up.
 //!
+//! Four pixels to a thread: neighbours see nearly the same photons, and a photon is fetched and decoded once for all four. Stochastic
+//! selection, which each pixel draws for itself, has a thread for each (`sorted_grid_gather`).
+//!
 //! Sums the photons `exact` sums, in another order. Biased for any radius above 0; consistent as radii shrink and photons grow. Depends on
 //! the eye nowhere before the gathering.
 //!
@@ -36,7 +39,7 @@
 //! | prefix sum | 8 B | 4 B |
 //! | `sorted_grid_scatter` | 12 N | 4 N |
 //! | `sorted_grid_pack` | (4 + s) N | 32 N |
-//! | `sorted_grid_gather` | per pixel 8 a row, 16 a candidate, 16 more a summand | 32 a pixel |
+//! | `sorted_grid_gather_quads` | per four pixels 8 a row, 16 a candidate, 32 a summand | 32 a pixel |
 //!
 //! [Hoetzlein14]: https://ramakarl.com/fluids3/ "Fast fixed-radius nearest neighbors: interactive million-particle fluids, Hoetzlein, GPU Technology Conference, 2014"
 //! [Niederreiter92, chapter 5]: https://doi.org/10.1137/1.9781611970081 "Random number generation and quasi-Monte Carlo methods, Niederreiter, 1992"
@@ -46,9 +49,11 @@ use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
 use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
-use lightloom_passes::Photons;
+use lightloom_graph::{
+    BufferDesc, ComputeShader, Graph, Handle, Texture, TextureDesc, WgslSources, shader_struct, wgpu::TextureFormat,
+};
 use lightloom_passes::scene::SceneInfo;
+use lightloom_passes::{Photons, radiance_desc};
 
 /// Covers the rounding of distances at the kernel's edge.
 const REACH_SLACK: f32 = 1.00001;
@@ -60,10 +65,12 @@ const CELLS_PER_WIDTH: f32 = 4.0;
 const MAX_CELLS: f32 = 1e6;
 /// Two cell coordinates are rounded by 2 · 2⁻²⁴ of their size each, and by half of that where they are subtracted.
 const ROUNDING: f32 = 5.0 / 16_777_216.0;
-/// Width of the search sphere in rows: automatic, and at the most. More rows than one test fewer photons in vain, but runs of a few
-/// photons leave threads that run in lockstep waiting for one another, which costs more.
-const AUTO_ROWS: u32 = 1;
+/// Width of the search sphere in rows: automatic, and at the most. More rows test fewer photons in vain, but runs of a few photons
+/// leave threads that run in lockstep waiting for one another.
+const AUTO_ROWS: u32 = 2;
 const MAX_ROWS: u32 = 4;
+/// Width of the textures that hold the sorted photons, as in `sorted_texel` of `shared/sorted_grid.wgsl`.
+const PHOTONS_PER_ROW: u32 = 4096;
 /// Bits of the number of buckets: enough that the rows of a neighbourhood lie apart, and 64 MiB of offsets.
 const MIN_BUCKET_BITS: u32 = 12;
 const MAX_BUCKET_BITS: u32 = 24;
@@ -118,8 +125,8 @@ pub struct SortedGridConfig {
     pub radius: KernelRadius,
     /// How much is gathered, and where.
     pub sampling: GatherSampling,
-    /// Rows of cells across the widest kernel, 1 to 4; a pixel looks up to one row more along either axis. More rows test fewer photons
-    /// in vain, make more look-ups, and need more buckets. Automatic: 1.
+    /// Rows of cells across the widest kernel, 1 to 4; a thread looks up to one row more along either axis. More rows test fewer photons
+    /// in vain, make more look-ups, and need more buckets. Automatic: 2.
     pub rows: Option<u32>,
     /// The table has 2 to this power of buckets, 12 to 24, 8 bytes each, and one row more. Fewer mix more cells in one bucket, which
     /// costs time and nothing else. Automatic: a bucket for one to two emitted photons.
@@ -141,8 +148,8 @@ pub struct SortedGrid {
 
 /// The photons in the order of the buckets.
 struct SortedPhotons {
-    spheres: Handle<Buffer>,
-    light: Handle<Buffer>,
+    spheres: Handle<Texture>,
+    light: Handle<Texture>,
 }
 
 impl SortedGrid {
@@ -158,7 +165,11 @@ impl SortedGrid {
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/sorted_grid_pack.wgsl")?,
-            gather: Gather::new(sources, "strategies/sorted_grid_gather.wgsl")?,
+            gather: Gather::with_quads(
+                sources,
+                "strategies/sorted_grid_gather.wgsl",
+                "strategies/sorted_grid_gather_quads.wgsl",
+            )?,
         })
     }
 
@@ -179,9 +190,9 @@ impl SortedGrid {
     }
 
     fn pack(&self, graph: &mut Graph<'_>, photons: &Photons, lists: &PhotonLists, radii: Radii) -> SortedPhotons {
-        let halves = BufferDesc::bytes(16 * u64::from(photons.capacity));
-        let mut spheres = graph.buffer("sorted_spheres", halves.clone());
-        let mut light = graph.buffer("sorted_light", halves);
+        let size = [PHOTONS_PER_ROW, photons.capacity.div_ceil(PHOTONS_PER_ROW).max(1)];
+        let mut spheres = graph.texture("sorted_spheres", radiance_desc(size));
+        let mut light = graph.texture("sorted_light", TextureDesc::new_2d(size, TextureFormat::Rgba32Uint));
         graph
             .compute(&self.pack)
             .params(&PackParams { r_min: radii.r_min_m, r_max: radii.r_max_m, ..PackParams::default() })
@@ -214,7 +225,7 @@ impl Strategy for SortedGrid {
         let sampling = self.config.sampling;
         let points = self.gather.points(graph, frame, &sampling);
         let reach = reach(frame.info, radii);
-        let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted));
+        let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted.min(photons.capacity)));
         let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), bits);
 
         let mut lists = self.lists(graph, photons, grid);
@@ -235,7 +246,7 @@ impl Strategy for SortedGrid {
             ..GatherParams::default()
         };
         graph
-            .compute(self.gather.shader(&sampling))
+            .compute(&self.gather.shader(frame, &sampling))
             .params(&params)
             .read("position", points.position())
             .read("surface", points.surface())
@@ -246,7 +257,7 @@ impl Strategy for SortedGrid {
             .write("caustic", &mut images.caustic)
             .write("stats", &mut stats.buffer)
             .heavy()
-            .dispatch_threads([points.size()[0], points.size()[1], 1]);
+            .dispatch_threads(self.gather.threads(&points, &sampling));
         Ok(self.gather.estimate(graph, &points, images, stats))
     }
 
@@ -335,9 +346,10 @@ mod tests {
     /// Rows that one pixel looks at never overlap where it looks, whatever the table's size.
     #[test]
     fn rows_of_a_neighbourhood_lie_apart() {
-        // A search sphere `rows` wide touches at most one row more per axis, and one cell more along a row.
-        let apart = MAX_ROWS as i32;
-        let cells = MAX_ROWS * CELLS_PER_WIDTH as u32 + 1;
+        // Search spheres `rows` wide around points up to a quarter of that apart touch at most one row more per axis than they are
+        // wide together, and one cell more along a row.
+        let apart = (MAX_ROWS + MAX_ROWS / 4) as i32;
+        let cells = (MAX_ROWS + MAX_ROWS / 4) * CELLS_PER_WIDTH as u32 + 1;
         for bits in MIN_BUCKET_BITS..=MAX_BUCKET_BITS {
             let [stride_y, stride_z] = row_strides(bits).map(|stride| stride as i32);
             for (y, z) in (-apart..=apart).flat_map(|y| (-apart..=apart).map(move |z| (y, z))).filter(|&row| row != (0, 0)) {

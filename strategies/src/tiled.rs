@@ -261,7 +261,7 @@ impl Strategy for Tiled {
             ..GatherParams::default()
         };
         graph
-            .compute(self.gather.shader(&sampling))
+            .compute(&self.gather.shader(frame, &sampling))
             .params(&params)
             .read("position", points.position())
             .read("surface", points.surface())
@@ -273,7 +273,7 @@ impl Strategy for Tiled {
             .read("photon_state", &photons.state)
             .write("stats", &mut stats.buffer)
             .heavy()
-            .dispatch_threads([points.size()[0], points.size()[1], 1]);
+            .dispatch_threads(self.gather.threads(&points, &sampling));
         Ok(self.gather.estimate(graph, &points, images, stats))
     }
 
