@@ -20,6 +20,7 @@
 //! # }
 //! ```
 
+mod density_tiles;
 mod error;
 mod exact;
 mod hash_grid;
@@ -31,12 +32,14 @@ mod pipeline;
 mod registry;
 mod requirements;
 mod sorted_grid;
+mod splat_kernel;
 mod strategy;
 mod surface_layers;
 #[cfg(test)]
 mod test_scene;
 mod tiled;
 
+pub use density_tiles::DensityTiles;
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
 pub use hash_grid::{HashGrid, HashGridConfig};
@@ -51,6 +54,7 @@ pub use pipeline::{
 pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
 pub use sorted_grid::{SortedGrid, SortedGridConfig};
+pub use splat_kernel::{SplatKernel, SplatKernelUniform};
 pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
 pub use surface_layers::SurfaceImages;
 pub use tiled::{Tiled, TiledConfig};

@@ -146,10 +146,6 @@ impl Bench {
         let device = self.executor.device().clone();
         let queue = self.executor.queue().clone();
         let size = view.camera.size;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let buffer = |contents: &[u8]| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("test"), contents, usage })
-        };
         let image = |format, contents: &[u8]| {
             let descriptor = wgpu::TextureDescriptor {
                 label: Some("test"),
@@ -163,26 +159,14 @@ impl Bench {
             };
             device.create_texture_with_data(&queue, &descriptor, wgpu::util::TextureDataOrder::LayerMajor, contents)
         };
-        let state = PhotonState { stored, ..PhotonState::default() };
 
         let mut graph = Graph::new(strategy.name());
-        let capacity = photons.len() as u32;
         let gbuffer = GBuffer {
             position: import_image(&mut graph, "position", size, image(POSITION, bytemuck::cast_slice(&view.position))),
             surface: import_image(&mut graph, "surface", size, image(SURFACE, bytemuck::cast_slice(&view.surface))),
             emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
         };
-        let records = BufferDesc::array_of::<Photon>(capacity.into());
-        let photons = Photons {
-            records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
-            state: graph.import_buffer(
-                "photon_state",
-                BufferDesc::array_of::<PhotonState>(1),
-                buffer(bytemuck::bytes_of(&state)),
-            ),
-            capacity,
-            emitted: capacity,
-        };
+        let photons = import_photons(&mut graph, &device, photons, stored);
         let scene = no_scene(&mut graph);
         let info = SceneInfo { bounds_center: Vec3::ZERO, bounds_radius: 10.0, ..SceneInfo::default() };
         let inputs = FrameInputs {
@@ -219,6 +203,23 @@ fn import_image(
 ) -> lightloom_graph::Handle<lightloom_graph::Texture> {
     let desc = TextureDesc::new_2d(size, texture.format());
     graph.import_texture(name, desc, texture)
+}
+
+/// The first `stored` of `photons` as a frame's photons.
+pub(crate) fn import_photons(graph: &mut Graph<'_>, device: &wgpu::Device, photons: &[Photon], stored: u32) -> Photons {
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    let buffer =
+        |contents: &[u8]| device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("test"), contents, usage });
+    let state = PhotonState { stored, ..PhotonState::default() };
+    let capacity = photons.len() as u32;
+    let records = BufferDesc::array_of::<Photon>(capacity.into());
+    let states = BufferDesc::array_of::<PhotonState>(1);
+    Photons {
+        records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
+        state: graph.import_buffer("photon_state", states, buffer(bytemuck::bytes_of(&state))),
+        capacity,
+        emitted: capacity,
+    }
 }
 
 /// Handles to nothing: the strategies under test trace no rays.
