@@ -110,7 +110,8 @@ fn splat_holds(e: Ellipsoid, position: vec3f) -> bool {
     return dot(across.xy, across.xy) < 1.0 && abs(across.z) <= 1.0;
 }
 
-// Whether a surface of that geometric normal may take light of the kernel: it is the photon's, not another one beside it, and faces the light.
-fn splat_suits(e: Ellipsoid, normal_geometric: vec3f) -> bool {
-    return dot(e.n, normal_geometric) >= MIN_NORMAL_COSINE && dot(e.incident, normal_geometric) > 0.0;
+// Whether a surface of that geometric normal may take light that came from `incident` to a surface of normal `n`: it is the photon's surface,
+// not another one beside it, and faces the light.
+fn splat_suits(n: vec3f, incident: vec3f, normal_geometric: vec3f) -> bool {
+    return dot(n, normal_geometric) >= MIN_NORMAL_COSINE && dot(incident, normal_geometric) > 0.0;
 }

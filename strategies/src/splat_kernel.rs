@@ -132,8 +132,15 @@ impl SplatKernel {
         Ok(SplatKernelUniform { disc_min, disc_max, n_tile, l_max, s_n, s_max, c_tile, tile_size, tiles, ..Default::default() })
     }
 
+    /// Distance (m) beyond which no kernel reaches, of kernels that can be resolved: from the centre to the rim of the widest and most
+    /// stretched one.
+    pub(crate) fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        // Tiles bound no kernel: any camera will do.
+        let camera = CameraUniform { size: [1, 1], ..CameraUniform::default() };
+        self.resolve(info, emitted, &camera).ok().map(|kernel| kernel.reach_m())
+    }
+
     /// Sets the parameter of that key; `false` if the key is another.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the strategies that splat follow"))]
     pub(crate) fn set(&mut self, assignment: &Assignment<'_>) -> Result<bool, StrategyError> {
         let length = |assignment: &Assignment<'_>| {
             assignment.parse(|&value| is_length(value), "a positive length in metres, or `auto`, is needed")
@@ -158,7 +165,6 @@ impl SplatKernel {
         Ok(true)
     }
 
-    #[cfg_attr(not(test), expect(dead_code, reason = "the strategies that splat follow"))]
     pub(crate) fn parameters(&self) -> Vec<Parameter> {
         vec![
             Parameter::new(
