@@ -7,7 +7,7 @@ use lightloom_graph::wgpu::{self, util::DeviceExt};
 use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, TextureDesc, bytemuck};
 use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo, SceneTraits};
 use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons};
-use lightloom_strategies::{FrameInputs, Strategy};
+use lightloom_strategies::{Estimate, FrameInputs, Strategy};
 
 /// A sequence of uniform numbers: `SplitMix64`.
 pub(crate) struct Random(pub(crate) u64);
@@ -123,6 +123,14 @@ pub(crate) struct Images {
     pub(crate) stats: Vec<(&'static str, u32)>,
 }
 
+/// What a strategy that sums irradiance returned.
+#[derive(Debug, PartialEq)]
+pub(crate) struct IrradianceImages {
+    pub(crate) irradiance: Vec<[f32; 4]>,
+    pub(crate) direction: Vec<[f32; 4]>,
+    pub(crate) indirect: Vec<[f32; 4]>,
+}
+
 /// A device and the tests' inputs on it.
 pub(crate) struct Bench {
     pub(crate) executor: Executor,
@@ -143,6 +151,37 @@ impl Bench {
         stored: u32,
         deterministic: bool,
     ) -> Images {
+        let mut graph = Graph::new(strategy.name());
+        let estimate = self.declare(&mut graph, strategy, view, photons, stored, deterministic);
+        let indirect = graph.readback_texture(&estimate.indirect);
+        let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
+        let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
+        let output = self.executor.execute(graph).expect("the frame runs");
+        let counts =
+            |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback)).collect();
+        Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
+    }
+
+    /// The same for strategies that sum irradiance.
+    pub(crate) fn run_irradiance(&mut self, strategy: &mut dyn Strategy, view: &View, photons: &[Photon]) -> IrradianceImages {
+        let mut graph = Graph::new(strategy.name());
+        let estimate = self.declare(&mut graph, strategy, view, photons, photons.len() as u32, false);
+        let light = estimate.irradiance.expect("the strategy sums irradiance");
+        let images = [&light.irradiance, &light.direction, &estimate.indirect].map(|image| graph.readback_texture(image));
+        let output = self.executor.execute(graph).expect("the frame runs");
+        let [irradiance, direction, indirect] = images.map(|image| output.cast(image));
+        IrradianceImages { irradiance, direction, indirect }
+    }
+
+    fn declare(
+        &mut self,
+        graph: &mut Graph<'_>,
+        strategy: &mut dyn Strategy,
+        view: &View,
+        photons: &[Photon],
+        stored: u32,
+        deterministic: bool,
+    ) -> Estimate {
         let device = self.executor.device().clone();
         let queue = self.executor.queue().clone();
         let size = view.camera.size;
@@ -160,14 +199,13 @@ impl Bench {
             device.create_texture_with_data(&queue, &descriptor, wgpu::util::TextureDataOrder::LayerMajor, contents)
         };
 
-        let mut graph = Graph::new(strategy.name());
         let gbuffer = GBuffer {
-            position: import_image(&mut graph, "position", size, image(POSITION, bytemuck::cast_slice(&view.position))),
-            surface: import_image(&mut graph, "surface", size, image(SURFACE, bytemuck::cast_slice(&view.surface))),
+            position: import_image(graph, "position", size, image(POSITION, bytemuck::cast_slice(&view.position))),
+            surface: import_image(graph, "surface", size, image(SURFACE, bytemuck::cast_slice(&view.surface))),
             emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
         };
-        let photons = import_photons(&mut graph, &device, photons, stored);
-        let scene = no_scene(&mut graph);
+        let photons = import_photons(graph, &device, photons, stored);
+        let scene = no_scene(graph);
         let info = SceneInfo { bounds_center: Vec3::ZERO, bounds_radius: 10.0, ..SceneInfo::default() };
         let inputs = FrameInputs {
             scene: &scene,
@@ -181,14 +219,7 @@ impl Bench {
             max_bounces: 4,
             deterministic,
         };
-        let estimate = strategy.declare(&mut graph, &inputs).expect("the frame is sound");
-        let indirect = graph.readback_texture(&estimate.indirect);
-        let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
-        let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
-        let output = self.executor.execute(graph).expect("the frame runs");
-        let counts =
-            |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback)).collect();
-        Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
+        strategy.declare(graph, &inputs).expect("the frame is sound")
     }
 }
 
