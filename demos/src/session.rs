@@ -9,6 +9,7 @@ use motion::Motion;
 use std::collections::BTreeSet;
 use std::time::Instant;
 
+use lightloom_graph::wgpu::Features;
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
 use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Scene, builtin};
 use lightloom_passes::{PhotonStore, RayBackend};
@@ -87,7 +88,10 @@ impl Session {
         let camera = scene.camera(args.camera.as_deref())?;
         let pipelines = pipelines(args, strategies)?;
         cancel::listen();
-        let gpu = Gpu::new(&RayBackend::enable(requested, GpuRequest { max_limits: true, ..GpuRequest::default() }))?;
+        // Strategies that blend can be asked for 32-bit targets.
+        let optional_features = Features::FLOAT32_BLENDABLE;
+        let request = GpuRequest { max_limits: true, optional_features, ..GpuRequest::default() };
+        let gpu = Gpu::new(&RayBackend::enable(requested, request))?;
         let rays = RayBackend::choose(requested, &gpu).map_err(|error| {
             let wanted = requested.map_or("auto", RayBackend::name);
             Error::Unavailable(format!("--trace {wanted}: {error}"))

@@ -235,8 +235,9 @@ fn color_load(desc: &TextureDesc, load: Load, output: &Output, blends: bool) -> 
             desc.format.components()
         ));
     }
-    if blends && given != Some(S::Float { filterable: true }) {
-        return Err("the shader blends, which this format does not do everywhere; use a 16-bit float or unorm format".to_owned());
+    // Whether the device blends 32-bit floats, the executor knows.
+    if blends && !matches!(given, Some(S::Float { .. })) {
+        return Err("the shader blends, which formats of integers do not; use a float or unorm format".to_owned());
     }
     match load {
         Load::Clear([r, g, b, a]) => Ok(wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a })),

@@ -313,7 +313,8 @@ impl RasterShader {
         self
     }
 
-    /// The shader, blending every colour attachment with `blend`; by default fragments replace.
+    /// The shader, blending every colour attachment with `blend`; by default fragments replace. Attachments of 32-bit floats need a device
+    /// with `FLOAT32_BLENDABLE`.
     pub fn with_blend(mut self, blend: wgpu::BlendState) -> Self {
         self.blend = Some(blend);
         self

@@ -20,6 +20,7 @@
 //! # }
 //! ```
 
+mod density_tiles;
 mod error;
 mod exact;
 mod gather_sampling;
@@ -32,12 +33,17 @@ mod pipeline;
 mod registry;
 mod requirements;
 mod sorted_grid;
+mod splat;
+mod splat_25d;
+mod splat_3d;
+mod splat_kernel;
 mod strategy;
 mod surface_layers;
 #[cfg(test)]
 mod test_scene;
 mod tiled;
 
+pub use density_tiles::DensityTiles;
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
 pub use gather_sampling::GatherSampling;
@@ -53,6 +59,10 @@ pub use pipeline::{
 pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
 pub use sorted_grid::{SortedGrid, SortedGridConfig};
+pub use splat::{SplatConfig, SplatPrecision, SplatResolution, SplatShape};
+pub use splat_3d::Splat3d;
+pub use splat_25d::{Splat25d, Splat25dConfig};
+pub use splat_kernel::{SplatKernel, SplatKernelUniform};
 pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
 pub use surface_layers::SurfaceImages;
 pub use tiled::{Tiled, TiledConfig};

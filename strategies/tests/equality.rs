@@ -1,10 +1,12 @@
 //! `exact` is what its formula says; `tiled`, `hash-grid` and `sorted-grid` are `exact`, but for the order of summation. On photons and
-//! a G-buffer made on the CPU, with constant and with varying radii.
+//! a G-buffer made on the CPU, with constant and with varying radii. Spherical splats are `exact` but for that and the rounding of their targets.
 
 mod common;
 
 use common::{Bench, Images, SPECULAR, View, camera, density_estimate, floor_and_wall, photons, strategy, views};
 use glam::Vec3;
+use lightloom_graph::{Executor, Gpu, wgpu};
+use lightloom_passes::Photon;
 
 const SIZE: [u32; 2] = [75, 50];
 
@@ -179,4 +181,107 @@ fn full_lists_are_reported() {
     assert!(tight.stats.contains(&("entries_dropped", entries - 100)), "{:?}", tight.stats);
     let sum = |images: &Images| images.indirect.iter().map(|pixel| pixel[0]).sum::<f32>();
     assert!(sum(&tight) < sum(&roomy), "what was dropped is missing");
+}
+
+/// What draws photons, with spheres.
+const SPLATS: [(&str, &[(&str, &str)]); 3] = [
+    ("splat-3d", &[("shape", "sphere")]),
+    ("splat-2.5d", &[("shape", "sphere")]),
+    ("splat-2.5d", &[("shape", "sphere"), ("corners", "4")]),
+];
+
+/// The settings of a splat, of 16 or of 32 bits.
+fn splat_settings<'a>(shape: &[(&'a str, &'a str)], radii: &[(&'a str, &'a str)], precision: &'a str) -> Vec<(&'a str, &'a str)> {
+    [shape, radii, &[("precision", precision)]].concat()
+}
+
+/// With 32 bits, splats differ from `exact` by the order of summation alone.
+#[test]
+fn spherical_splats_in_32_bits_equal_exact() {
+    let Some(gpu) = Gpu::for_tests_with(wgpu::Features::FLOAT32_BLENDABLE) else { return };
+    let mut bench = Bench { executor: Executor::new(&gpu), seed: 0 };
+    let photons = photons(2500);
+    for (place, camera) in views(SIZE) {
+        let view = View::new(camera, floor_and_wall);
+        for radii in RADII.iter().chain(&[[("r_min", "0.01"), ("r_max", "0.03")], [("r_min", "0.001"), ("r_max", "100")]]) {
+            let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
+            for (name, shape) in SPLATS {
+                let settings = splat_settings(shape, radii, "float");
+                let images = bench.run(&mut *strategy(name, &settings), &view, &photons, 2500, false);
+                assert_equal(&exact, &images, &format!("{name}, {place}, {settings:?}"));
+                assert_eq!(images.stats, [("pixels_overflowed", 0)]);
+            }
+        }
+    }
+}
+
+/// Each of n summands, all positive, is rounded to 11 bits, and so is each partial sum: both by at most 2⁻¹¹ of the sum, as far as the order of errors
+/// goes, or by half the smallest 16-bit float, 2⁻²⁵, where it is tiny. So n + 1 times 2⁻¹¹, and 2 n times 2⁻²⁵.
+#[test]
+fn spherical_splats_in_16_bits_equal_exact_but_for_their_rounding() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(300);
+    let (mut lit, mut loosest) = (0, 0.0_f32);
+    for (place, camera) in views(SIZE) {
+        let view = View::new(camera, floor_and_wall);
+        for (radii, r_max) in [(&RADII[0], 0.3), (&RADII[1], 0.4)] {
+            let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 300, false);
+            for (name, shape) in SPLATS {
+                let settings = splat_settings(shape, radii, "half");
+                let images = bench.run(&mut *strategy(name, &settings), &view, &photons, 300, false);
+                assert_eq!(images.stats, [("pixels_overflowed", 0)]);
+                for (index, position) in view.position.iter().enumerate() {
+                    let point = Vec3::new(position[0], position[1], position[2]);
+                    let near = |photon: &&Photon| Vec3::from(photon.position).distance(point) < r_max;
+                    let n = photons[..300].iter().filter(near).count() as f32;
+                    for (exact, half) in [(&exact.indirect, &images.indirect), (&exact.caustic, &images.caustic)] {
+                        for channel in 0..3 {
+                            let (exact, half) = (exact[index][channel], half[index][channel]);
+                            let bound = (n + 1.0) * 2.0_f32.powi(-11) * exact + 2.0 * n * 2.0_f32.powi(-25);
+                            let what = || format!("{name}, {place}, {settings:?}, pixel {index}: {exact} {half}, {n} photons");
+                            assert!((exact - half).abs() <= bound, "{}", what());
+                            lit += u32::from(exact > 0.0);
+                            loosest = loosest.max(if exact > 0.0 { bound / exact } else { 0.0 });
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(lit > 10_000 && loosest < 0.1, "{lit} values are lit, and the loosest bound is {loosest}");
+}
+
+#[test]
+fn splats_are_blended_in_one_order() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views(SIZE)[1].1, floor_and_wall);
+    for (name, shape) in SPLATS {
+        let mut strategy = strategy(name, &splat_settings(shape, &RADII[1], "half"));
+        let first = bench.run(&mut *strategy, &view, &photons, 2500, true);
+        for _ in 0..2 {
+            assert!(first == bench.run(&mut *strategy, &view, &photons, 2500, true), "{name} differs from run to run");
+        }
+        let none = bench.run(&mut *strategy, &view, &photons, 0, true);
+        assert!(none.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{name} finds light in rubbish");
+    }
+}
+
+/// 4 million times the flux: sums beyond 65,504 are cut there and counted.
+#[test]
+fn what_16_bits_cannot_hold_is_cut_and_counted() {
+    let Some(mut bench) = Bench::new() else { return };
+    let mut photons = photons(500);
+    for photon in &mut photons {
+        photon.flux += 22 << 24;
+    }
+    let view = View::new(views(SIZE)[0].1, floor_and_wall);
+    let exact = bench.run(&mut *strategy("exact", &RADII[0]), &view, &photons, 500, false);
+    for (name, shape) in SPLATS {
+        let images = bench.run(&mut *strategy(name, &splat_settings(shape, &RADII[0], "half")), &view, &photons, 500, false);
+        let over = exact.indirect.iter().filter(|pixel| pixel[0] > 65_504.0).count();
+        let (_, counted) = images.stats[0];
+        assert!(over > 100 && (counted as usize).abs_diff(over) <= over / 100, "{name}: {counted} counted, {over} are over");
+        assert!(images.indirect.iter().all(|pixel| pixel[0] <= 65_504.0), "{name}: cut");
+    }
 }

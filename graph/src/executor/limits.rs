@@ -41,6 +41,7 @@ pub(super) fn resource(
 /// pipeline need is known to be there.
 pub(super) fn work(
     limits: &wgpu::Limits,
+    features: wgpu::Features,
     pipelines: &Pipelines,
     frame: &Frame<'_>,
     work: &[Option<Work<'_>>],
@@ -53,6 +54,7 @@ pub(super) fn work(
     for &pass in &frame.plan.order {
         let Some(work) = &work[pass] else { continue };
         work_limits(work, &frame.declaration.passes[pass].name, limits, pipelines)?;
+        blending(work, &frame.declaration.resources, features)?;
         if let Work::Readback { resource, .. } = work
             && let ResourceKind::Texture(desc) = &frame.declaration.resources[*resource].kind
         {
@@ -200,6 +202,27 @@ fn work_limits(work: &Work<'_>, pass: &str, limits: &wgpu::Limits, pipelines: &P
         }
         _ => Ok(()),
     }
+}
+
+/// WebGPU blends 16-bit floats everywhere, 32-bit floats by a feature.
+fn blending(work: &Work<'_>, resources: &[ResourceDecl], features: wgpu::Features) -> Result<(), GraphError> {
+    let Work::Raster { shader, targets, .. } = work else { return Ok(()) };
+    if shader.blend.is_none() || features.contains(wgpu::Features::FLOAT32_BLENDABLE) {
+        return Ok(());
+    }
+    for target in targets.colors.iter().flatten() {
+        let resource = &resources[target.resource];
+        let ResourceKind::Texture(desc) = &resource.kind else { continue };
+        if desc.format.sample_type(None, None) == Some(wgpu::TextureSampleType::Float { filterable: false }) {
+            let usage = "a blended target without FLOAT32_BLENDABLE".to_owned();
+            return Err(GraphError::FormatUsage {
+                resource: resource.name.to_string(),
+                format: format::name(desc.format),
+                usage,
+            });
+        }
+    }
+    Ok(())
 }
 
 fn compute_limits(shader: &ComputeShader, what: impl Fn() -> String + Copy, limits: &wgpu::Limits) -> Result<(), GraphError> {

@@ -315,7 +315,7 @@ impl Executor {
             limits::resources(&self.limits, self.gate.device.features(), frame)?;
             state.checked = true;
         }
-        limits::work(&self.limits, &self.pipelines, frame, &work)?;
+        limits::work(&self.limits, self.gate.device.features(), &self.pipelines, frame, &work)?;
         self.frame += 1;
         let held = self.held_bytes();
         if self.place(frame, planned)? {

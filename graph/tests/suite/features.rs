@@ -2,8 +2,8 @@
 
 use crate::{Amount, executor, fill, kernel};
 use lightloom_graph::{
-    BufferDesc, ComputeShader, Executor, Gpu, Graph, Handle, Initial, Load, PlanOptions, RasterShader, Subresources, Texture,
-    TextureDesc, TimingSource,
+    BufferDesc, ComputeShader, Executor, Gpu, Graph, GraphError, Handle, Initial, Load, PlanOptions, RasterShader, Subresources,
+    Texture, TextureDesc, TimingSource,
     wgpu::{self, TextureFormat},
 };
 
@@ -181,6 +181,28 @@ fn draws_into_one_target_are_one_render_pass_and_clears_are_its_loads() {
         images.push(halves);
     }
     assert_eq!(images[0], images[1], "attachments in transient memory change nothing");
+}
+
+/// Adds 1 to every texel of a 32-bit image, which holds 2²⁴ − 1: with 16 bits it would not fit.
+#[test]
+fn floats_of_32_bits_blend_where_the_device_can() {
+    let declare = || {
+        let mut graph = Graph::new("wide");
+        let mut image = graph.texture("image", TextureDesc::new_2d([4, 4], TextureFormat::Rgba32Float));
+        graph.clear_texture(&mut image, Load::Clear([16_777_215.0, 0.0, 0.0, 0.0]));
+        graph.raster(&strip(-1.0)).color("color", &mut image, Load::Keep).draw(3, 1);
+        let read = graph.readback_texture(&image);
+        (graph, read)
+    };
+    let Some(mut executor) = executor() else { return };
+    let refused = executor.execute(declare().0).map(|_| ()).unwrap_err();
+    assert!(matches!(&refused, GraphError::FormatUsage { resource, .. } if resource == "image"), "{refused}");
+    assert!(refused.to_string().contains("rgba32float") && refused.to_string().contains("FLOAT32_BLENDABLE"), "{refused}");
+
+    let Some(gpu) = Gpu::for_tests_with(wgpu::Features::FLOAT32_BLENDABLE) else { return };
+    let (graph, read) = declare();
+    let output = Executor::new(&gpu).execute(graph).unwrap();
+    assert_eq!(output.cast::<[f32; 4]>(read)[12][0], 16_777_216.0, "the triangle covers the lower left texel");
 }
 
 #[test]

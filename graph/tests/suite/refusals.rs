@@ -342,12 +342,12 @@ refusals! {
     }) => Attachment, ["`more`", "already has a texture"];
 
     blend_of_a_format_that_does_not: planned(|graph| {
-        let shader = RasterShader::from_wgsl("mix", "struct Output { @location(0) color: vec4f }
+        let shader = RasterShader::from_wgsl("mix", "struct Output { @location(0) color: u32 }
             @vertex fn mix_vertex() -> @builtin(position) vec4f { return vec4f(0.0); }
-            @fragment fn mix_fragment() -> Output { return Output(vec4f(0.0)); }").unwrap().with_blend(wgpu::BlendState::ALPHA_BLENDING);
-        let mut color = graph.texture("color", plain(F::Rgba32Float));
+            @fragment fn mix_fragment() -> Output { return Output(0u); }").unwrap().with_blend(wgpu::BlendState::ALPHA_BLENDING);
+        let mut color = graph.texture("color", plain(F::R32Uint));
         graph.raster(&shader).color("color", &mut color, Load::Clear([0.0; 4])).draw(3, 1);
-    }) => Attachment, ["rgba32float", "blends"];
+    }) => Attachment, ["r32uint", "blends", "integers"];
 
     depth_is_color: planned(|graph| {
         let [mut color, mut id, mut depth] = [("color", F::Rgba8Unorm), ("id", F::R32Uint), ("depth", F::R32Float)].map(|(n, f)| graph.texture(n, plain(f)));

@@ -7,7 +7,7 @@ use lightloom_graph::wgpu::{self, util::DeviceExt};
 use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, Handle, Texture, TextureDesc, bytemuck};
 use lightloom_passes::scene::{Camera, SceneHandles, SceneInfo, SceneTraits};
 use lightloom_passes::{CameraUniform, GBuffer, Photon, PhotonFlags, PhotonState, Photons, decode_flux, decode_octahedral};
-use lightloom_strategies::{FrameInputs, Strategy, by_name};
+use lightloom_strategies::{Estimate, FrameInputs, Strategy, by_name};
 
 /// A sequence of uniform numbers: `SplitMix64`.
 pub(crate) struct Random(pub(crate) u64);
@@ -209,6 +209,14 @@ pub(crate) struct Images {
     pub(crate) stats: Vec<(&'static str, u32)>,
 }
 
+/// What a strategy that sums irradiance returned.
+#[derive(Debug, PartialEq)]
+pub(crate) struct IrradianceImages {
+    pub(crate) irradiance: Vec<[f32; 4]>,
+    pub(crate) direction: Vec<[f32; 4]>,
+    pub(crate) indirect: Vec<[f32; 4]>,
+}
+
 /// A device and the tests' inputs on it.
 pub(crate) struct Bench {
     pub(crate) executor: Executor,
@@ -265,29 +273,42 @@ impl Bench {
         stored: u32,
         deterministic: bool,
     ) -> Images {
+        let mut graph = Graph::new(strategy.name());
+        let estimate = self.declare(&mut graph, strategy, view, photons, stored, deterministic);
+        let indirect = graph.readback_texture(&estimate.indirect);
+        let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
+        let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
+        let output = self.executor.execute(graph).expect("the frame runs");
+        let counts =
+            |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback)).collect();
+        Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
+    }
+
+    /// The same for strategies that sum irradiance.
+    pub(crate) fn run_irradiance(&mut self, strategy: &mut dyn Strategy, view: &View, photons: &[Photon]) -> IrradianceImages {
+        let mut graph = Graph::new(strategy.name());
+        let estimate = self.declare(&mut graph, strategy, view, photons, photons.len() as u32, false);
+        let light = estimate.irradiance.expect("the strategy sums irradiance");
+        let images = [&light.irradiance, &light.direction, &estimate.indirect].map(|image| graph.readback_texture(image));
+        let output = self.executor.execute(graph).expect("the frame runs");
+        let [irradiance, direction, indirect] = images.map(|image| output.cast(image));
+        IrradianceImages { irradiance, direction, indirect }
+    }
+
+    fn declare(
+        &mut self,
+        graph: &mut Graph<'_>,
+        strategy: &mut dyn Strategy,
+        view: &View,
+        photons: &[Photon],
+        stored: u32,
+        deterministic: bool,
+    ) -> Estimate {
         let device = self.executor.device().clone();
         let size = view.camera.size;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let buffer = |contents: &[u8]| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("test"), contents, usage })
-        };
-        let state = PhotonState { stored, ..PhotonState::default() };
-
-        let mut graph = Graph::new(strategy.name());
-        let capacity = photons.len() as u32;
-        let gbuffer = self.gbuffer(&mut graph, view);
-        let records = BufferDesc::array_of::<Photon>(capacity.into());
-        let photons = Photons {
-            records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
-            state: graph.import_buffer(
-                "photon_state",
-                BufferDesc::array_of::<PhotonState>(1),
-                buffer(bytemuck::bytes_of(&state)),
-            ),
-            capacity,
-            emitted: capacity,
-        };
-        let scene = no_scene(&mut graph);
+        let gbuffer = self.gbuffer(graph, view);
+        let photons = import_photons(graph, &device, photons, stored);
+        let scene = no_scene(graph);
         let info = SceneInfo { bounds_center: Vec3::ZERO, bounds_radius: 10.0, ..SceneInfo::default() };
         let inputs = FrameInputs {
             scene: &scene,
@@ -301,19 +322,29 @@ impl Bench {
             max_bounces: 4,
             deterministic,
         };
-        let estimate = strategy.declare(&mut graph, &inputs).expect("the frame is sound");
-        let indirect = graph.readback_texture(&estimate.indirect);
-        let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
-        let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
-        let output = self.executor.execute(graph).expect("the frame runs");
-        let counts =
-            |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback)).collect();
-        Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
+        strategy.declare(graph, &inputs).expect("the frame is sound")
     }
 }
 
 pub(crate) const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+
+/// The first `stored` of `photons` as a frame's photons.
+pub(crate) fn import_photons(graph: &mut Graph<'_>, device: &wgpu::Device, photons: &[Photon], stored: u32) -> Photons {
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    let buffer =
+        |contents: &[u8]| device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("test"), contents, usage });
+    let state = PhotonState { stored, ..PhotonState::default() };
+    let capacity = photons.len() as u32;
+    let records = BufferDesc::array_of::<Photon>(capacity.into());
+    let states = BufferDesc::array_of::<PhotonState>(1);
+    Photons {
+        records: graph.import_buffer("photons", records, buffer(bytemuck::cast_slice(photons))),
+        state: graph.import_buffer("photon_state", states, buffer(bytemuck::bytes_of(&state))),
+        capacity,
+        emitted: capacity,
+    }
+}
 
 /// Handles to nothing: the strategies under test trace no rays.
 fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
