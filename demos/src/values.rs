@@ -44,7 +44,8 @@ impl FromStr for Assignment {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "write a parameter and its value as K=V, or NAME.K=V for one strategy".to_owned();
         let (key, value) = text.split_once('=').ok_or_else(wrong)?;
-        let (strategy, key) = match key.trim().split_once('.') {
+        // Parameters have no dot in their names, strategies may.
+        let (strategy, key) = match key.trim().rsplit_once('.') {
             Some((strategy, key)) => (Some(parse_strategy(strategy)?), key),
             None => (None, key.trim()),
         };
@@ -292,6 +293,8 @@ mod tests {
     fn assignments() {
         let all: Assignment = "cell=0.5".parse().unwrap();
         assert_eq!((all.strategy, all.key.as_str(), all.value.as_str()), (None, "cell", "0.5"));
+        let dotted: Assignment = "splat-2.5d.corners=8.5".parse().unwrap();
+        assert_eq!((dotted.strategy.as_deref(), &*dotted.key, &*dotted.value), (Some("splat-2.5d"), "corners", "8.5"));
         let one: Assignment = "tiled.size=8".parse().unwrap();
         assert_eq!((one.strategy.as_deref(), one.key.as_str()), (Some("tiled"), "size"));
         for wrong in ["cell", "=1", "cell=", "nobody.cell=1", ""] {

@@ -53,7 +53,9 @@ fn every_strategy_fills_its_layers() {
     let Some(mut bench) = Bench::new() else { return };
     for entry in lightloom_strategies::registry() {
         let rendered = bench.render(entry.name, &small());
-        assert_eq!(rendered.layers.len(), Layer::ALL.len(), "{}", entry.name);
+        // Sums of irradiance do not tell caustics apart.
+        let without = usize::from(entry.name == "splat-3d");
+        assert_eq!(rendered.layers.len(), Layer::ALL.len() - without, "{}", entry.name);
         for image in &rendered.layers {
             assert_eq!(image.pixels.len(), 1200, "{} {:?}", entry.name, image.layer);
             assert!(image.pixels.iter().flatten().all(|x| x.is_finite()), "{} {:?}", entry.name, image.layer);

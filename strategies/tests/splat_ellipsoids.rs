@@ -109,7 +109,7 @@ fn scattered(count: usize) -> Vec<Photon> {
         };
         let position = position + normal * (0.12 * random.unit());
         let from = (normal + 0.97 * random.cube().normalize_or(Vec3::X)).normalize();
-        let length = if index % 3 == 0 { TWO_METRES } else { EIGHT_METRES };
+        let length = if index.is_multiple_of(3) { TWO_METRES } else { EIGHT_METRES };
         long(photon(position, normal, from, Vec3::new(1.0, 0.5, 0.25) * (0.5 + random.unit()), 0, false), length)
     };
     (0..count).map(scatter).collect()
@@ -219,11 +219,11 @@ fn floor_area(view: &View, index: usize) -> f64 {
 fn the_floor_holds_the_flux_of_the_photons() {
     let Some(mut bench) = bench() else { return };
     let mut random = Random(11);
-    let photons: Vec<_> = (0..2000)
+    let photons: Vec<_> = (0..2000_u32)
         .map(|index| {
             let p = random.cube();
             let from = (Vec3::Y + 0.9 * random.cube().normalize_or(Vec3::X)).normalize();
-            let length = if index % 2 == 0 { HALF_METRE } else { EIGHT_METRES };
+            let length = if index.is_multiple_of(2) { HALF_METRE } else { EIGHT_METRES };
             long(photon(Vec3::new(p.x, 0.0, p.z), Vec3::Y, from, Vec3::ONE, 0, false), length)
         })
         .collect();

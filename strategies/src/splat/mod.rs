@@ -126,6 +126,15 @@ pub(crate) struct Splat {
     reflect: ReflectIrradiance,
 }
 
+/// What the passes of one frame are declared from.
+struct Draw<'a> {
+    frame: &'a FrameInputs<'a>,
+    photons: &'a Photons,
+    params: &'a SplatParams,
+    arguments: &'a Handle<Buffer>,
+    precision: SplatPrecision,
+}
+
 /// The surfaces that a target's texels show.
 struct Surfaces<'a> {
     nearest: &'a Handle<Texture>,
@@ -178,13 +187,12 @@ impl Splat {
             ..SplatParams::default()
         };
         let arguments = self.arguments(graph, photons, outline.vertices);
+        let draw = Draw { frame, photons, params: &params, arguments: &arguments, precision: config.precision() };
         let mut overflowed = graph.buffer("splat_overflowed", BufferDesc::words(1));
         graph.clear_buffer(&mut overflowed);
         let estimate = match config.shape {
-            SplatShape::Sphere => self.spheres(graph, frame, photons, &params, &arguments, config.precision(), &mut overflowed),
-            SplatShape::Ellipsoid => {
-                self.ellipsoids(graph, frame, photons, &params, &arguments, config.precision(), &mut overflowed)
-            }
+            SplatShape::Sphere => self.spheres(graph, &draw, &mut overflowed),
+            SplatShape::Ellipsoid => self.ellipsoids(graph, &draw, &mut overflowed),
         };
         Ok(Estimate { stats: Some(Stats { buffer: overflowed, names: &["pixels_overflowed"] }), ..estimate })
     }
@@ -200,22 +208,14 @@ impl Splat {
         arguments
     }
 
-    fn spheres(
-        &self,
-        graph: &mut Graph<'_>,
-        frame: &FrameInputs<'_>,
-        photons: &Photons,
-        params: &SplatParams,
-        arguments: &Handle<Buffer>,
-        precision: SplatPrecision,
-        overflowed: &mut Handle<Buffer>,
-    ) -> Estimate {
+    fn spheres(&self, graph: &mut Graph<'_>, draw: &Draw<'_>, overflowed: &mut Handle<Buffer>) -> Estimate {
+        let Draw { frame, photons, params, arguments, precision } = draw;
         let [format, _] = precision.formats();
         let mut indirect_sum = graph.texture("splat_indirect_sum", TextureDesc::new_2d(frame.size, format));
         let mut caustic_sum = graph.texture("splat_caustic_sum", TextureDesc::new_2d(frame.size, format));
         graph
             .raster(&self.sphere)
-            .params(params)
+            .params(*params)
             .read("photons", &photons.records)
             .read("photon_state", &photons.state)
             .read("position", &frame.gbuffer.position)
@@ -239,16 +239,8 @@ impl Splat {
         Estimate { caustic: Some(caustic), ..Estimate::new(indirect) }
     }
 
-    fn ellipsoids(
-        &self,
-        graph: &mut Graph<'_>,
-        frame: &FrameInputs<'_>,
-        photons: &Photons,
-        params: &SplatParams,
-        arguments: &Handle<Buffer>,
-        precision: SplatPrecision,
-        overflowed: &mut Handle<Buffer>,
-    ) -> Estimate {
+    fn ellipsoids(&self, graph: &mut Graph<'_>, draw: &Draw<'_>, overflowed: &mut Handle<Buffer>) -> Estimate {
+        let Draw { frame, photons, params, arguments, precision } = draw;
         let target = frame.size.map(|pixels| pixels.div_ceil(params.texel));
         let coarse = (params.texel > 1).then(|| self.downscaled(graph, frame, target));
         let gbuffer = frame.gbuffer;
@@ -261,7 +253,7 @@ impl Splat {
         let mut direction_yz = graph.texture("splat_direction_yz", TextureDesc::new_2d(target, two));
         graph
             .raster(&self.ellipsoid)
-            .params(params)
+            .params(*params)
             .read("photons", &photons.records)
             .read("photon_state", &photons.state)
             .read("tile_photons", &tile_photons)
@@ -354,10 +346,11 @@ mod tests {
     fn targets_hold_light_in_units_of_its_mean() {
         // 4π R² = 9.42 m².
         let scene = SceneInfo { total_power: Vec3::new(1.0, 942.0, 3.0), ..unit_scene() };
-        assert_eq!(scale(&scene, SplatShape::Ellipsoid), 1.0 / 128.0, "100 W/m²");
-        assert_eq!(scale(&scene, SplatShape::Sphere), 1.0 / 32.0, "32 W/(m² sr)");
+        assert_eq!(scale(&scene, SplatShape::Ellipsoid).to_bits(), 2.0_f32.powi(-7).to_bits(), "100 W/m²");
+        assert_eq!(scale(&scene, SplatShape::Sphere).to_bits(), 2.0_f32.powi(-5).to_bits(), "32 W/(m² sr)");
         for total_power in [Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::splat(f32::INFINITY)] {
-            assert_eq!(scale(&SceneInfo { total_power, ..unit_scene() }, SplatShape::Sphere), 1.0, "{total_power}");
+            let scale = scale(&SceneInfo { total_power, ..unit_scene() }, SplatShape::Sphere);
+            assert_eq!(scale.to_bits(), 1.0_f32.to_bits(), "{total_power}");
         }
         for power in [1e-38, 3e38] {
             let scale = scale(&SceneInfo { total_power: Vec3::splat(power), ..unit_scene() }, SplatShape::Sphere);
