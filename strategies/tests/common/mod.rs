@@ -171,6 +171,7 @@ impl Bench {
             position: import_image(&mut graph, "position", size, image(POSITION, bytemuck::cast_slice(&view.position))),
             surface: import_image(&mut graph, "surface", size, image(SURFACE, bytemuck::cast_slice(&view.surface))),
             emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
+            motion: None,
         };
         let records = BufferDesc::array_of::<Photon>(capacity.into());
         let photons = Photons {
@@ -243,5 +244,6 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
         ray_query_scene: None,
         ray_pipeline_scene: None,
         traits,
+        moves: false,
     }
 }
