@@ -14,7 +14,7 @@ struct AtrousParams {
     pixel_angle: f32,
     sigma_z: f32,
     sigma_n: f32,
-    // b_i in standard deviations of s_i.
+    // b_i in standard deviations.
     clip: f32,
     // Least value of E.
     least: f32,
@@ -27,7 +27,7 @@ struct AtrousParams {
 
 @group(0) @binding(0) var<uniform> params: AtrousParams;
 @group(0) @binding(1) var guide: texture_2d<u32>;
-// s_i; w is passed on.
+// s_i; w, the variance of s_0 that is noise, the sum of the channels', is passed on.
 @group(0) @binding(2) var light: texture_2d<f32>;
 // Sum of the clipped details before this level.
 @group(0) @binding(3) var details: texture_2d<f32>;
@@ -58,6 +58,8 @@ fn filter_atrous(@builtin(global_invocation_id) pixel: vec3u) {
     var weight = vec3f(tap(0) * tap(0));
     var difference = vec3f(0.0);
     var square = vec3f(0.0);
+    var noise = weight.x * centre.w;
+    var noise_weight = weight.x;
     for (var y = -2; y <= 2; y += 1) {
         for (var x = -2; x <= 2; x += 1) {
             let step = vec2i(x, y) * params.spacing;
@@ -65,11 +67,14 @@ fn filter_atrous(@builtin(global_invocation_id) pixel: vec3u) {
             let inside = all(there >= vec2i(0)) && all(there < vec2i(params.size)) && (x != 0 || y != 0);
             let texel = clamp(there, vec2i(0), vec2i(params.size) - 1);
             let q = filter_point(textureLoad(guide, texel, 0), params.normal_word);
-            let value = textureLoad(light, texel, 0).rgb;
+            let value = textureLoad(light, texel, 0);
             let w = tap(x) * tap(y) * depth_weight(p.z - q.z, p.slope, vec2f(step), footprint, params.sigma_z)
                 * normal_weight(p.normal, q.normal, params.sigma_n);
-            let has = select(vec3f(0.0), vec3f(w), known(value) & vec3<bool>(inside && q.z > 0.0));
-            let delta = select(vec3f(0.0), value - s, known(value));
+            let counts = select(0.0, w, inside && q.z > 0.0);
+            let has = select(vec3f(0.0), vec3f(counts), known(value.rgb));
+            let delta = select(vec3f(0.0), value.rgb - s, known(value.rgb));
+            noise += counts * value.w;
+            noise_weight += counts;
             weight += has;
             difference += has * delta;
             square += has * delta * delta;
@@ -77,9 +82,10 @@ fn filter_atrous(@builtin(global_invocation_id) pixel: vec3u) {
     }
     let detail = difference / weight;
     let variance = max(square / weight - detail * detail, vec3f(0.0));
-    // Of n frames' mean all scatter may be noise where n = 1, and 1/n of one frame's is where it is more.
-    let trust = sqrt(max(1.0 - 1.0 / max(centre.w, 1.0), 0.0));
-    let bound = sqrt(variance) * (params.clip * trust);
+    // The share of the neighbours' scatter that is not noise.
+    let all = variance.x + variance.y + variance.z;
+    let share = max(1.0 - noise / (noise_weight * max(all, 1.0e-30)), 0.0);
+    let bound = params.clip * sqrt(variance * share);
     let before = select(textureLoad(details, pixel.xy, 0).rgb, vec3f(0.0), params.first == 1u);
     let sum = before + clamp(detail, -bound, bound);
     let smooth_light = s + detail;

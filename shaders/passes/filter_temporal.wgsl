@@ -26,9 +26,12 @@ struct TemporalParams {
 @group(0) @binding(2) var motion: texture_2d<f32>;
 @group(0) @binding(3) var guide: texture_2d<u32>;
 @group(0) @binding(4) var previous_guide: texture_2d<u32>;
-// Light, and in w the frames that are in it.
+// Light; w is for the filter over pixels.
 @group(0) @binding(5) var previous: texture_2d<f32>;
-@group(0) @binding(6) var accumulated: texture_storage_2d<rgba32float, write>;
+// Frames in it, and the variance between them, the sum of the channels'.
+@group(0) @binding(6) var previous_scatter: texture_2d<f32>;
+@group(0) @binding(7) var accumulated: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(8) var scatter: texture_storage_2d<rg32float, write>;
 
 struct History {
     // Sums over texels: of weights, of their squares over those of the footprint alone, of frames.
@@ -36,6 +39,7 @@ struct History {
     similarity: f32,
     frames: f32,
     light: vec3f,
+    scatter: f32,
     // Sum of the weights per channel.
     known: vec3f,
 }
@@ -46,19 +50,21 @@ fn add_texel(sum: ptr<function, History>, q: vec2i, share: f32, film: vec2f, z: 
     let texel = clamp(q, vec2i(0), vec2i(params.size) - 1);
     let point = filter_point(textureLoad(previous_guide, texel, 0), 2u);
     let light = textureLoad(previous, texel, 0);
+    let statistics = textureLoad(previous_scatter, texel, 0);
     let footprint = point.z * params.pixel_angle;
     let pixels = film - (vec2f(texel) + params.previous_jitter);
     // 1/z is linear in the image.
     let carried = point.z / max(1.0 - params.pixel_angle * dot(point.slope, pixels), 0.1);
     let w = depth_weight(z - carried, point.slope, pixels, max(footprint, 1.0e-20), params.sigma_z)
         * normal_weight(normal, point.normal, params.sigma_n);
-    let weight = select(0.0, share * w, inside && point.z > 0.0 && light.w > 0.0);
+    let weight = select(0.0, share * w, inside && point.z > 0.0 && statistics.x > 0.0);
     let has = select(vec3f(0.0), vec3f(weight), known(light.rgb));
     (*sum).weight += weight;
     (*sum).similarity += weight * w;
-    (*sum).frames += weight * light.w;
+    (*sum).frames += weight * statistics.x;
     (*sum).known += has;
     (*sum).light += select(vec3f(0.0), light.rgb * has, known(light.rgb));
+    (*sum).scatter += weight * statistics.y;
 }
 
 // Shares of the footprint below this are rounding, or a corner of it.
@@ -99,8 +105,16 @@ fn filter_temporal(@builtin(global_invocation_id) pixel: vec3u) {
     let history = sum.light / max(sum.known, vec3f(1.0e-20));
     let remembered = (sum.known > vec3f(0.0)) & vec3<bool>(found);
     let share = select(vec3f(1.0), vec3f(alpha), known(light));
-    let mean = select(light, mix(select(vec3f(0.0), light, known(light)), history, share), remembered);
+    let fresh = select(history, light, known(light));
+    let mean = select(light, mix(fresh, history, share), remembered);
+    // Of an exponential mean [West79], "Updating Mean and Variance Estimates: An Improved Method".
+    let apart = select(vec3f(0.0), fresh - history, remembered);
+    let variance = alpha * (sum.scatter / weight + (1.0 - alpha) * dot(apart, apart));
     // The frames whose plain mean would vary as little: variances add by the squares of their weights.
     let count = 1.0 / ((1.0 - alpha) * (1.0 - alpha) + alpha * alpha / max(frames, 1.0));
-    textureStore(accumulated, pixel.xy, vec4f(mean, select(0.0, count, point.z > 0.0)));
+    // Of the mean; one frame does not tell its noise, which is taken to be as large as the light.
+    let own = select(vec3f(0.0), mean, known(mean));
+    let noise = variance / max(count - 1.0, 1.0) + max(2.0 - count, 0.0) * dot(own, own);
+    textureStore(accumulated, pixel.xy, vec4f(mean, noise));
+    textureStore(scatter, pixel.xy, vec4f(select(0.0, count, point.z > 0.0), variance, 0.0, 0.0));
 }

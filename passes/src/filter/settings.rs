@@ -23,7 +23,7 @@ impl Default for FilterSettings {
     ///
     /// [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems chapter 24, 2019"
     fn default() -> Self {
-        Self { history: 0.95, iterations: 4, clip: 1.0, sigma_z: 1.0, sigma_n: 32.0 }
+        Self { history: 0.95, iterations: 4, clip: 3.0, sigma_z: 1.0, sigma_n: 32.0 }
     }
 }
 

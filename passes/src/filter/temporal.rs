@@ -2,7 +2,8 @@
 
 use super::{FilterFrame, pixel_angle};
 use crate::radiance_desc;
-use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use lightloom_graph::wgpu::TextureFormat;
+use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, TextureDesc, WgslSources, shader_struct};
 
 shader_struct! {
     struct TemporalParams {
@@ -19,7 +20,7 @@ shader_struct! {
 }
 
 /// `Ẽ_i = (1 − α) E_i + α Ẽ_{i−1}`, `α = min(n / (n + 1), 0.95) w_z w_n` [SA19] Eq. 10 to 13, with n the frames in the history. Reads:
-/// light, motion, guides. Its state is a history texture per image. A thread per pixel.
+/// light, motion, guides. Its state is two history textures per image. A thread per pixel.
 ///
 /// n is not counted but follows from the weights: 1/n′ = (1 − α)² + α²/n, the variance of the new mean in that of one frame. A plain mean
 /// counts up by one, a rejected history begins at 1, and the longest, of weights 0.95ᵏ, is worth 39 frames.
@@ -39,10 +40,11 @@ impl Temporal {
         Ok(Self { shader: ComputeShader::new(sources, "passes/filter_temporal.wgsl")? })
     }
 
-    /// Declares the pass. Returns the mean, and in its fourth channel the frames in it. `name` names the history.
+    /// Declares the pass. Returns the mean, and in the fourth channel the variance of it that is noise, the sum of the channels'. `name` names the history.
     pub(super) fn add(&self, graph: &mut Graph<'_>, frame: &FilterFrame<'_>, name: &str, light: &Handle<Texture>) -> Handle<Texture> {
         let size = frame.camera.size;
         let mut history = graph.history_texture(&format!("filter_{name}"), radiance_desc(size));
+        let mut scatter = graph.history_texture(&format!("filter_{name}_scatter"), TextureDesc::new_2d(size, TextureFormat::Rg32Float));
         let previous = frame.previous.unwrap_or(frame.camera);
         let params = TemporalParams {
             size,
@@ -64,7 +66,9 @@ impl Temporal {
             .read("guide", &frame.guide.now)
             .read("previous_guide", &frame.guide.previous)
             .read("previous", &history.previous)
+            .read("previous_scatter", &scatter.previous)
             .write("accumulated", &mut history.current)
+            .write("scatter", &mut scatter.current)
             .dispatch_threads([size[0], size[1], 1]);
         history.current
     }
