@@ -55,8 +55,15 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     };
     let mut pictures = Vec::new();
     for name in &strategies {
-        let rendering =
-            session.render(&Job { label: name, strategy: name, samples: args.samples, seed: args.scene.seed, profile: false, plain: false, continues: false })?;
+        let rendering = session.render(&Job {
+            label: name,
+            strategy: name,
+            samples: args.samples,
+            seed: args.scene.seed,
+            profile: false,
+            plain: false,
+            continues: false,
+        })?;
         results.timing.clone_from(&rendering.timing);
         results.warnings.extend(rendering.warnings);
         results.strategies.push(rendering.row);

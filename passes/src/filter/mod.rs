@@ -128,13 +128,7 @@ impl Filter {
     }
 
     /// Filters light that arrives at the visible surfaces, to be reflected afterwards. `name` names its history.
-    pub fn irradiance(
-        &self,
-        graph: &mut Graph<'_>,
-        frame: &FilterFrame<'_>,
-        name: &str,
-        light: &Irradiance,
-    ) -> Irradiance {
+    pub fn irradiance(&self, graph: &mut Graph<'_>, frame: &FilterFrame<'_>, name: &str, light: &Irradiance) -> Irradiance {
         let direction = format!("{name}_direction");
         Irradiance {
             irradiance: self.light(graph, frame, name, &light.irradiance, Normals::Geometric, 0.0),

@@ -73,7 +73,11 @@ impl FilterSettings {
     pub fn parameters(&self) -> Vec<FilterParameter> {
         let row = |name, value: &dyn ToString, doc| FilterParameter { name, value: value.to_string(), doc };
         vec![
-            row("history", &self.history, "largest weight of earlier frames, 0 to 0.99; raising it calms, and follows moving light later"),
+            row(
+                "history",
+                &self.history,
+                "largest weight of earlier frames, 0 to 0.99; raising it calms, and follows moving light later",
+            ),
             row("iterations", &self.iterations, "levels of the filter over pixels, 0 to 8; each doubles its reach"),
             row("clip", &self.clip, "details that are kept, in standard deviations around, 0 to 1000000; raising it sharpens"),
             row("sigma_z", &self.sigma_z, "how far depths may differ, 0.01 to 100; raising it filters over steps"),

@@ -41,10 +41,17 @@ impl Temporal {
     }
 
     /// Declares the pass. Returns the mean, and in the fourth channel the variance of it that is noise, the sum of the channels'. `name` names the history.
-    pub(super) fn add(&self, graph: &mut Graph<'_>, frame: &FilterFrame<'_>, name: &str, light: &Handle<Texture>) -> Handle<Texture> {
+    pub(super) fn add(
+        &self,
+        graph: &mut Graph<'_>,
+        frame: &FilterFrame<'_>,
+        name: &str,
+        light: &Handle<Texture>,
+    ) -> Handle<Texture> {
         let size = frame.camera.size;
         let mut history = graph.history_texture(&format!("filter_{name}"), radiance_desc(size));
-        let mut scatter = graph.history_texture(&format!("filter_{name}_scatter"), TextureDesc::new_2d(size, TextureFormat::Rg32Float));
+        let mut scatter =
+            graph.history_texture(&format!("filter_{name}_scatter"), TextureDesc::new_2d(size, TextureFormat::Rg32Float));
         let previous = frame.previous.unwrap_or(frame.camera);
         let params = TemporalParams {
             size,

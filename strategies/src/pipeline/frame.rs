@@ -165,9 +165,12 @@ impl Pipeline {
         if frame.settings.frames <= 1 || !wanted {
             return LightLayer { mean: image, deviations: None };
         }
-        let sums = self.accumulate.add(graph, name, frame.camera.size, &image, frame.frame_index.saturating_add(1));
-        // Filtered frames are not independent: their deviations tell no error.
+        // Filtered frames remember those before them, later ones more: the nth of them has the weight n, and what one brought alone has
+        // nearly the same in the mean as what every other did. They are not independent, so that their deviations tell no error.
         let filtered = frame.settings.filter.is_some() && name != Layer::Direct.name();
+        let n = frame.frame_index as f32 + 1.0;
+        let share = if filtered { 2.0 / (n + 1.0) } else { 1.0 / n };
+        let sums = self.accumulate.add(graph, name, frame.camera.size, &image, share);
         LightLayer { mean: sums.mean, deviations: (!filtered).then_some(sums.deviations) }
     }
 }

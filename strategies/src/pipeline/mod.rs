@@ -20,11 +20,12 @@ pub use settings::{Layer, Settings};
 
 use crate::surface_layers::SurfaceLayers;
 use crate::{Strategy, StrategyError};
+use filtering::Filtering;
 use lightloom_graph::{Executor, FrameOutput, FrameProfile, Graph, Progress, Readback, WgslSources};
 use lightloom_passes::scene::{Camera, GpuScene, SceneInfo};
-use filtering::Filtering;
 use lightloom_passes::{
-    Accumulate, AmbientOcclusion, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, Rsm, SpecularPixels, Visibility,
+    Accumulate, AmbientOcclusion, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, Rsm,
+    SpecularPixels, Visibility,
 };
 use rendered::add_times;
 use std::ops::ControlFlow;

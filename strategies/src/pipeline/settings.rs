@@ -66,8 +66,8 @@ pub struct Settings {
     /// Frames to average. One: sampled at the pixels' centres. More: each with its own photons and its own sample
     /// position inside the pixels.
     pub frames: u32,
-    /// Filters the indirect light and the caustics, each frame with what the frames before it left; the image is the mean of the filtered frames. `None`: the
-    /// estimate as it is.
+    /// Filters the indirect light and the caustics, each frame with what the frames before it left. The image is the mean of the
+    /// filtered frames, the nth with the weight n. `None`: the estimate as it is.
     pub filter: Option<FilterSettings>,
     /// Darkens the indirect light in [`Layer::Final`] where surfaces are close together, see
     /// [`AmbientOcclusion`](lightloom_passes::AmbientOcclusion). `None`: it is as the photons say.

@@ -209,10 +209,10 @@ impl Bench {
     }
 }
 
-const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub(crate) const POSITION: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const SURFACE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
-fn import_image(
+pub(crate) fn import_image(
     graph: &mut Graph<'_>,
     name: &str,
     size: [u32; 2],
