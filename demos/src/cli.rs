@@ -87,8 +87,8 @@ pub(crate) struct SceneArgs {
     /// A .gltf or .glb file, or builtin:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// Set a parameter of a strategy; with several strategies also as NAME.K=V; of the filter as filter.K=V, K one of history (0.95),
-    /// iterations (4), clip (3), sigma_z (1), sigma_n (32)
+    /// Set a parameter of a strategy; with several strategies also as NAME.K=V; of the filter as filter.K=V, K one of `history` (0.95),
+    /// `iterations` (4), `clip` (3), `sigma_z` (1), `sigma_n` (32)
     #[arg(long = "set", value_name = "K=V")]
     pub(crate) assignments: Vec<Assignment>,
     /// Which part of the light, or of the surfaces: final, direct, indirect, caustic, albedo, normal, depth; for `render` also what

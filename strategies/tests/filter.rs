@@ -13,30 +13,33 @@ use std::ops::ControlFlow;
 
 const SIZE: [u32; 2] = [48, 32];
 /// What a surface is hit by.
-type Hit = fn(Vec3, Vec3) -> Option<(f32, Vec3)>;
+type Hit = fn(Vec3, Vec3) -> (f32, Vec3);
 
 /// The plane z = 0, facing the camera.
-fn wall(eye: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
-    Some((-eye.z / direction.z, Vec3::Z))
+fn wall(eye: Vec3, direction: Vec3) -> (f32, Vec3) {
+    (-eye.z / direction.z, Vec3::Z)
 }
 
 /// Two walls that meet in the line x = 0 at a right angle, open towards +z.
-fn corner(eye: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
-    let normals = [Vec3::new(1.0, 0.0, 1.0).normalize(), Vec3::new(-1.0, 0.0, 1.0).normalize()];
-    let hits = normals.map(|n| (-eye.dot(n) / direction.dot(n), n)).into_iter().filter(|(t, _)| *t > 0.0);
-    hits.min_by(|a, b| a.0.total_cmp(&b.0))
+fn corner(eye: Vec3, direction: Vec3) -> (f32, Vec3) {
+    let [left, right] = [1.0, -1.0].map(|x| {
+        let n = Vec3::new(x, 0.0, 1.0).normalize();
+        let t = -eye.dot(n) / direction.dot(n);
+        (if t > 0.0 { t } else { f32::INFINITY }, n)
+    });
+    if left.0 < right.0 { left } else { right }
 }
 
 /// Where x < 0 the plane z = 0; a plane 5 m behind it elsewhere.
-fn step(eye: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
+fn step(eye: Vec3, direction: Vec3) -> (f32, Vec3) {
     let front = -eye.z / direction.z;
     let x = eye.x + front * direction.x;
-    Some((if x < 0.0 { front } else { -(eye.z + 5.0) / direction.z }, Vec3::Z))
+    (if x < 0.0 { front } else { -(eye.z + 5.0) / direction.z }, Vec3::Z)
 }
 
 /// A view without specular pixels.
 fn view(hit: Hit, eye: Vec3, target: Vec3, jitter: [f32; 2]) -> View {
-    let mut view = View::new(camera(eye, target, SIZE, jitter), hit);
+    let mut view = View::new(camera(eye, target, SIZE, jitter), |eye, direction| Some(hit(eye, direction)));
     view.surface.iter_mut().for_each(|surface| surface[3] &= !SPECULAR);
     view
 }
@@ -117,7 +120,7 @@ impl Rig {
             gbuffer: &gbuffer,
             visibility: None,
         };
-        let frame = self.filter.begin(&mut graph, settings, inputs);
+        let frame = self.filter.begin(&mut graph, settings, &inputs);
         let filtered = if radiance {
             self.filter.radiance(&mut graph, &frame, "light", &light)
         } else {
@@ -239,7 +242,7 @@ fn moving_light_leaves_a_known_ghost() {
         }
     }
     let forgetful = rig.frame(&view, only(0.0), &light(5.0), false);
-    assert!(forgetful.iter().all(|value| value.x == 5.0), "without history");
+    assert!(forgetful.iter().all(|value| (value.x - 5.0).abs() < 1e-6), "without history");
 }
 
 #[test]
@@ -389,7 +392,7 @@ fn motion_vectors_follow_moving_triangles() {
         moved += u32::from(expected[0].abs() > 0.3);
         // Coordinates of 64 pixels in 32 bits, after a division of barycentric weights.
         assert!((motion[0] - expected[0]).abs() < 1e-2 && (motion[1] - expected[1]).abs() < 1e-2, "{motion:?} for {expected:?}");
-        assert!((motion[2] + was.z).abs() < 1e-3 && motion[3] == 1.0, "{motion:?} for a depth of {}", -was.z);
+        assert!((motion[2] + was.z).abs() < 1e-3 && motion[3] > 0.5, "{motion:?} for a depth of {}", -was.z);
     }
     assert!(moved > 20, "{moved} pixels show what moved");
 }

@@ -15,7 +15,7 @@
 //! Pixels whose first surface is a mirror or transmits, and the background, pass through unfiltered.
 //!
 //! **Early frames.** A plain exponential mean of constant α would be a fifth old noise after 30 frames. The weight of the history is
-//! that of a plain mean, n / (n + 1), until it reaches 0.95, that is for 19 frames, times w_z w_n.
+//! that of a plain mean, n / (n + 1), until it reaches 0.95, that is for 19 frames, times `w_z w_n`.
 //!
 //! **Ghosts.** Light that changed without any surface changing is not seen to have changed: of the light before, a share of
 //! 0.95ᵏ is left after k frames (a hundredth after 90). Surfaces that come to sight have no history, and show none.
@@ -107,10 +107,10 @@ impl Filter {
     }
 
     /// Declares what all filters of a frame share, once per frame.
-    pub fn begin<'a>(&self, graph: &mut Graph<'_>, settings: FilterSettings, inputs: FilterInputs<'a>) -> FilterFrame<'a> {
+    pub fn begin<'a>(&self, graph: &mut Graph<'_>, settings: FilterSettings, inputs: &FilterInputs<'a>) -> FilterFrame<'a> {
         let guide = self.guide.add(graph, inputs.camera, inputs.gbuffer);
-        let computed = self.motion.add(graph, &inputs);
-        let FilterInputs { camera, previous, gbuffer, .. } = inputs;
+        let computed = self.motion.add(graph, inputs);
+        let FilterInputs { camera, previous, gbuffer, .. } = *inputs;
         FilterFrame { settings, camera, previous, gbuffer, computed, guide }
     }
 

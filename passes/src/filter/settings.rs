@@ -10,16 +10,16 @@ pub struct FilterSettings {
     pub history: f32,
     /// Levels of the à-trous transform, 0 to 8; n of them reach 2 (2ⁿ − 1) pixels. More: smoother. 0: no filter over pixels.
     pub iterations: u32,
-    /// Details that are kept, in standard deviations of the light around, 0 to 10⁶. More: sharper and noisier; 0: all is blurred.
+    /// Details that are kept, in standard deviations of the light around less its noise, 0 to 10⁶. More: sharper and noisier; 0: all is blurred.
     pub clip: f32,
-    /// σ_z, how far depths may differ in slopes of the surface, 0.01 to 100. More: filters reach over steps.
+    /// `σ_z`, how far depths may differ in slopes of the surface, 0.01 to 100. More: filters reach over steps.
     pub sigma_z: f32,
-    /// σ_n, the power of the normals' cosine, 0 to 1024. More: less is filtered on curved surfaces.
+    /// `σ_n`, the power of the normals' cosine, 0 to 1024. More: less is filtered on curved surfaces.
     pub sigma_n: f32,
 }
 
 impl Default for FilterSettings {
-    /// α, σ_z, σ_n and the levels of [SA19] §24.4; it gives no clip.
+    /// α, `σ_z`, `σ_n` and the levels of [SA19] §24.4, which gives no clip. Below 3 bright details lose more than their neighbours gain.
     ///
     /// [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems chapter 24, 2019"
     fn default() -> Self {

@@ -42,7 +42,7 @@ impl Filtering {
             none => none.insert((Filter::new(sources)?, ReflectIrradiance::new(sources)?)),
         };
         let inputs = FilterInputs { scene, info, camera, previous: previous.as_ref(), gbuffer, visibility };
-        let common: FilterFrame<'_> = filter.begin(graph, constants, inputs);
+        let common: FilterFrame<'_> = filter.begin(graph, constants, &inputs);
         if indirect {
             estimate.indirect = match &estimate.irradiance {
                 Some(light) => {
