@@ -87,7 +87,8 @@ pub(crate) struct SceneArgs {
     /// A .gltf or .glb file, or builtin:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// Set a parameter of a strategy; with several strategies also as NAME.K=V
+    /// Set a parameter of a strategy; with several strategies also as NAME.K=V; of the filter as filter.K=V, K one of `history` (0.95),
+    /// `iterations` (4), `clip` (3), `sigma_z` (1), `sigma_n` (32)
     #[arg(long = "set", value_name = "K=V")]
     pub(crate) assignments: Vec<Assignment>,
     /// Which part of the light, or of the surfaces: final, direct, indirect, caustic, albedo, normal, depth; for `render` also what
@@ -109,7 +110,8 @@ pub(crate) struct SceneArgs {
     /// Bounces of a path at most; the default is as good as no limit, for roulette ends paths long before
     #[arg(long, value_name = "N", default_value = "32", value_parser = clap::value_parser!(u32).range(0..=256), allow_negative_numbers = true)]
     pub(crate) bounces: u32,
-    /// Frames to average, each with other photons, all of the same pose
+    /// Frames to average, each with other photons, all of the same pose; with `--filter on` each is filtered with what the frames before
+    /// it left
     #[arg(long, value_name = "N", default_value = "1", value_parser = parse_positive, allow_negative_numbers = true)]
     pub(crate) frames: u32,
     /// Constant search radius in metres; the strategy's own when not given
@@ -118,9 +120,13 @@ pub(crate) struct SceneArgs {
     /// First number of the random sequences; the same seed gives the same photons
     #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
     pub(crate) seed: u32,
-    /// Filtering of the estimate over neighbouring pixels; `on` is not in this release
+    /// Filter the indirect light over frames and neighbouring pixels; images of `--animate` are then filtered with those before them
     #[arg(long, value_enum, default_value_t)]
     pub(crate) filter: Switch,
+    /// Darken the indirect light of the layer `final` where surfaces are nearer than RADIUS metres to each other, for the eye: photons find
+    /// corners dark by themselves
+    #[arg(long, value_name = "RADIUS", value_parser = parse_radius, allow_negative_numbers = true)]
+    pub(crate) ambient_occlusion: Option<f32>,
     /// How rays find surfaces: `bvh`, a hierarchy in WGSL, on every adapter; `ray-query`, where the adapter has ray queries;
     /// `ray-pipeline`, photons by ray-tracing pipelines and other rays by `bvh`, on Vulkan, in builds with the feature of that name;
     /// `auto` takes what hardware runs, the first of `ray-query`, `ray-pipeline` and `bvh`

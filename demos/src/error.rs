@@ -95,7 +95,8 @@ impl From<StrategyError> for Error {
             StrategyError::UnknownStrategy { .. }
             | StrategyError::UnknownParameter { .. }
             | StrategyError::BadValue { .. }
-            | StrategyError::BadSetting { .. } => Self::Usage(error.to_string()),
+            | StrategyError::BadSetting { .. }
+            | StrategyError::Filter(_) => Self::Usage(error.to_string()),
             StrategyError::Graph(error) => error.into(),
             other => Self::Strategy(other),
         }

@@ -110,6 +110,12 @@ pub struct Settings {
     pub materials: String,
     /// Whether the image is the same bit for bit from run to run.
     pub deterministic: bool,
+    /// The filter's constants, or `off`; empty in files from before there was a choice.
+    #[serde(default)]
+    pub filter: String,
+    /// Radius of ambient occlusion (m); `null`: none.
+    #[serde(default)]
+    pub ambient_occlusion: Option<f32>,
     /// The factor on radiance before the tone curve of the PNG files (m²·sr·W⁻¹).
     pub exposure: f32,
 }

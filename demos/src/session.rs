@@ -1,5 +1,6 @@
 //! Scene, adapter and pipelines joined: the one place that the commands render through.
 
+mod filter;
 mod inspect;
 mod motion;
 
@@ -15,7 +16,7 @@ use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Scene, builtin
 use lightloom_passes::{PhotonStore, RayBackend};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
 
-use crate::cli::{Emission, FirstHit, Materials, SceneArgs, Switch};
+use crate::cli::{Emission, FirstHit, Materials, SceneArgs};
 use crate::progress::ProgressLine;
 use crate::results::{Flux, LightPhotons, Memory, PassTime, PhotonCounts, StrategyResult};
 use crate::values::{Assignment, EnvironmentArg, Shown};
@@ -44,6 +45,10 @@ pub(crate) struct Job<'a> {
     pub(crate) seed: u32,
     /// Whether to keep the times of each frame.
     pub(crate) profile: bool,
+    /// Light as it is, without filter and occlusion: a reference.
+    pub(crate) plain: bool,
+    /// The filter remembers the image before.
+    pub(crate) continues: bool,
 }
 
 /// An image and what it cost.
@@ -82,7 +87,8 @@ impl Session {
     /// Loads the scene, builds the pipelines and opens the adapter, in this order: what can be wrong with the command
     /// line and the file is told before a device is opened.
     pub(crate) fn open(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
-        check_release(args)?;
+        check_words(args)?;
+        let settings = settings(args)?;
         let requested = args.trace.requested()?;
         let mut scene = load(args)?;
         let camera = scene.camera(args.camera.as_deref())?;
@@ -105,7 +111,7 @@ impl Session {
             executor: Some(Executor::new(&gpu)),
             scene: resident,
             camera,
-            settings: settings(args),
+            settings,
             pipelines,
             warm: BTreeSet::new(),
             motion,
@@ -115,7 +121,8 @@ impl Session {
 
     /// As [`Self::open`] without an adapter: frames can be declared and planned. `auto` traces by the hierarchy here.
     pub(crate) fn open_to_plan(args: &SceneArgs, strategies: &[String]) -> Result<Self, Error> {
-        check_release(args)?;
+        check_words(args)?;
+        let settings = settings(args)?;
         let rays = args.trace.requested()?.unwrap_or_default();
         let scene = load(args)?;
         let camera = scene.camera(args.camera.as_deref())?;
@@ -126,7 +133,7 @@ impl Session {
             executor: None,
             scene: described,
             camera,
-            settings: settings(args),
+            settings,
             pipelines,
             warm: BTreeSet::new(),
             motion: None,
@@ -176,12 +183,18 @@ impl Session {
             settings.frames = job.samples;
         }
         settings.profile = job.profile;
+        if job.plain {
+            (settings.filter, settings.ambient_occlusion) = (None, None);
+        }
         let line = ProgressLine::new(job.label);
         self.warm_up(job.strategy, &settings)?;
         let pipeline = find(&mut self.pipelines, job.strategy)?;
         let executor = self.executor.as_mut().ok_or_else(no_adapter)?;
         let start = Instant::now();
-        let rendered = pipeline.render(executor, &self.scene, &self.camera, &settings, &mut |progress| {
+        if !job.continues {
+            pipeline.reset();
+        }
+        let rendered = pipeline.render_next(executor, &self.scene, &self.camera, &settings, &mut |progress| {
             let total = progress.total.max(1) as u64;
             let done = u64::from(progress.frame) * total + progress.done as u64;
             line.update(done, u64::from(progress.frames) * total, progress.pass);
@@ -210,11 +223,8 @@ impl Session {
     }
 }
 
-/// Refuses what later releases will have, and words that do not go together.
-fn check_release(args: &SceneArgs) -> Result<(), Error> {
-    if args.filter == Switch::On {
-        return Err(Error::Usage("this release has no filters: leave --filter out, or say `--filter off`".to_owned()));
-    }
+/// Refuses words that do not go together.
+fn check_words(args: &SceneArgs) -> Result<(), Error> {
     if args.first_hit == FirstHit::Map && args.emission == Emission::Lights {
         return Err(Error::Usage(
             "--first-hit map: photons follow no map with `--emission lights`; say `--emission maps`".to_owned(),
@@ -259,21 +269,23 @@ fn load(args: &SceneArgs) -> Result<Scene, Error> {
     Ok(scene)
 }
 
-fn settings(args: &SceneArgs) -> Settings {
-    Settings {
+fn settings(args: &SceneArgs) -> Result<Settings, Error> {
+    Ok(Settings {
         size: args.size.0,
         photons: args.photons,
         emission_maps: args.emission.maps(args.first_hit),
         bounces: args.bounces,
         seed: args.seed,
         frames: args.frames,
+        filter: filter::filter(args)?,
+        ambient_occlusion: filter::ambient_occlusion(args),
         deterministic: args.deterministic,
         layers: vec![match &args.layer {
             Shown::Layer(layer) => *layer,
             Shown::Pass(_) => Layer::Final,
         }],
         ..Settings::default()
-    }
+    })
 }
 
 /// One pipeline per strategy, with its parameters set.
@@ -288,7 +300,7 @@ fn pipelines(args: &SceneArgs, strategies: &[String]) -> Result<Vec<Pipeline>, E
             pipeline.strategy_mut().set("radius", &radius.to_string())?;
         }
     }
-    for assignment in &args.assignments {
+    for assignment in args.assignments.iter().filter(|assignment| !filter::is_for_filter(assignment)) {
         assign(&mut pipelines, assignment)?;
     }
     Ok(pipelines)

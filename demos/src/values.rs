@@ -27,10 +27,13 @@ impl FromStr for ImageSize {
     }
 }
 
-/// `K=V` or `STRATEGY.K=V`.
+/// What stands before the dot in assignments to the filter.
+pub(crate) const FILTER: &str = "filter";
+
+/// `K=V`, `STRATEGY.K=V` or `filter.K=V`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Assignment {
-    /// The strategy it is for; all that have the key when not given.
+    /// The strategy it is for, or [`FILTER`]; all strategies that have the key when not given.
     pub(crate) strategy: Option<String>,
     /// The parameter.
     pub(crate) key: String,
@@ -46,6 +49,7 @@ impl FromStr for Assignment {
         let (key, value) = text.split_once('=').ok_or_else(wrong)?;
         // Parameters have no dot in their names, strategies may.
         let (strategy, key) = match key.trim().rsplit_once('.') {
+            Some((FILTER, key)) => (Some(FILTER.to_owned()), key),
             Some((strategy, key)) => (Some(parse_strategy(strategy)?), key),
             None => (None, key.trim()),
         };
@@ -297,6 +301,8 @@ mod tests {
         assert_eq!((dotted.strategy.as_deref(), &*dotted.key, &*dotted.value), (Some("splat-2.5d"), "corners", "8.5"));
         let one: Assignment = "tiled.size=8".parse().unwrap();
         assert_eq!((one.strategy.as_deref(), one.key.as_str()), (Some("tiled"), "size"));
+        let filter: Assignment = "filter.clip=2".parse().unwrap();
+        assert_eq!((filter.strategy.as_deref(), filter.key.as_str()), (Some(FILTER), "clip"));
         for wrong in ["cell", "=1", "cell=", "nobody.cell=1", ""] {
             assert!(wrong.parse::<Assignment>().is_err(), "{wrong}");
         }

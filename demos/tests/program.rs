@@ -144,10 +144,23 @@ fn unknown_names_list_those_there_are() {
 fn what_this_release_lacks_is_said() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";
-    place.refuses(&format!("{line} --filter on"), 2, &["filter", "off"]);
     if !RayBackend::Pipeline.is_built() {
         place.refuses(&format!("{line} --trace ray-pipeline"), 1, &["--trace ray-pipeline", "feature `ray-pipeline`", "`bvh`"]);
     }
+}
+
+#[test]
+fn filter_and_occlusion_are_set_by_name() {
+    let place = Place::new();
+    let line = "render builtin:cornell -o a.exr --size 16x12 --photons 500 --frames 2";
+    place.refuses(&format!("{line} --filter on --set filter.strength=1"), 2, &["strength", "clip", "history"]);
+    place.refuses(&format!("{line} --filter on --set filter.iterations=9"), 2, &["iterations", "9", "0 to 8"]);
+    place.refuses(&format!("{line} --set filter.clip=1"), 2, &["filter.clip", "--filter on"]);
+    place.refuses(&format!("{line} --ambient-occlusion 0"), 2, &["--ambient-occlusion", "metres"]);
+    if !has_adapter() {
+        return;
+    }
+    place.does(&format!("{line} --filter on --set filter.iterations=2 --ambient-occlusion 0.2"));
 }
 
 #[test]

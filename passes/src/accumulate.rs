@@ -6,7 +6,7 @@ use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSo
 shader_struct! {
     struct AccumulateParams {
         size: [u32; 2],
-        count: u32,
+        share: f32,
         pad0: u32,
     }
 }
@@ -14,9 +14,9 @@ shader_struct! {
 /// A layer over several frames.
 #[derive(Debug)]
 pub struct Accumulated {
-    /// Mean over the frames so far.
+    /// Weighted mean over the frames so far.
     pub mean: Handle<Texture>,
-    /// Sum of squared deviations from it; over n frames the standard error of the mean is √(deviations / (n (n − 1))).
+    /// Sum of squared deviations from it; over n frames of one weight the standard error of the mean is √(deviations / (n (n − 1))).
     pub deviations: Handle<Texture>,
 }
 
@@ -32,14 +32,15 @@ impl Accumulate {
         Ok(Self { shader: ComputeShader::new(sources, "passes/accumulate.wgsl")? })
     }
 
-    /// Declares the pass. `layer` names the history; `count` is the number of frames with this one, 1 to begin anew.
-    pub fn add(&self, graph: &mut Graph<'_>, layer: &str, size: [u32; 2], value: &Handle<Texture>, count: u32) -> Accumulated {
+    /// Declares the pass. `layer` names the history; `share` is this frame's weight over that of all with it: 1/n in
+    /// the nth for a plain mean, 1 to begin anew.
+    pub fn add(&self, graph: &mut Graph<'_>, layer: &str, size: [u32; 2], value: &Handle<Texture>, share: f32) -> Accumulated {
         let mut mean = graph.history_texture(&format!("{layer}_mean"), radiance_desc(size));
         let mut deviations = graph.history_texture(&format!("{layer}_deviations"), radiance_desc(size));
         graph
             .compute(&self.shader)
             .name(&format!("accumulate_{layer}"))
-            .params(&AccumulateParams { size, count, pad0: 0 })
+            .params(&AccumulateParams { size, share, pad0: 0 })
             .read("value", value)
             .read("previous_mean", &mean.previous)
             .read("previous_deviations", &deviations.previous)

@@ -6,8 +6,8 @@ use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSo
 shader_struct! {
     struct ComposeParams {
         size: [u32; 2],
+        occluded: u32,
         pad0: u32,
-        pad1: u32,
     }
 }
 
@@ -23,20 +23,23 @@ impl Compose {
         Ok(Self { shader: ComputeShader::new(sources, "passes/compose.wgsl")? })
     }
 
-    /// Declares the pass. Returns `direct + indirect` (W·m⁻²·sr⁻¹).
+    /// Declares the pass. Returns `direct + openness · indirect` (W·m⁻²·sr⁻¹), the openness that of
+    /// [`AmbientOcclusion`](crate::AmbientOcclusion), 1 without.
     pub fn add(
         &self,
         graph: &mut Graph<'_>,
         size: [u32; 2],
         direct: &Handle<Texture>,
         indirect: &Handle<Texture>,
+        openness: Option<&Handle<Texture>>,
     ) -> Handle<Texture> {
         let mut sum = graph.texture("final", radiance_desc(size));
         graph
             .compute(&self.shader)
-            .params(&ComposeParams { size, pad0: 0, pad1: 0 })
+            .params(&ComposeParams { size, occluded: u32::from(openness.is_some()), pad0: 0 })
             .read("direct", direct)
             .read("indirect", indirect)
+            .read_optional("openness", openness)
             .write("final_radiance", &mut sum)
             .dispatch_threads([size[0], size[1], 1]);
         sum

@@ -6,7 +6,7 @@ use crate::{CameraUniform, radiance_desc};
 use lightloom_graph::wgpu::TextureFormat;
 use lightloom_graph::{Graph, Handle, ShaderError, Texture, TextureDesc, WgslSources, shader_struct};
 
-/// What strategies gather at. An engine may fill these three textures itself; `shared/gbuffer.wgsl` has the encoding.
+/// What strategies gather at. An engine may fill these textures itself; `shared/gbuffer.wgsl` has the encoding.
 #[derive(Debug)]
 pub struct GBuffer {
     /// `rgba32float`: world position (m), distance to the camera (m; 0 where nothing is seen).
@@ -16,6 +16,10 @@ pub struct GBuffer {
     pub surface: Handle<Texture>,
     /// `rgba32float`: radiance the surface itself emits towards the eye (W·m⁻²·sr⁻¹).
     pub emission: Handle<Texture>,
+    /// An engine's motion vectors, for the [`Filter`](crate::Filter), `rgba32float`: displacement from the sample's place in this image to that in the previous one
+    /// (pixels, right and down), depth along the previous view (m), 1 where that is before the camera and 0 elsewhere. `None`: the filter
+    /// computes them.
+    pub motion: Option<Handle<Texture>>,
 }
 
 shader_struct! {
@@ -48,6 +52,7 @@ impl GBufferPass {
             position: graph.texture("gbuffer_position", radiance_desc(camera.size)),
             surface: graph.texture("gbuffer_surface", TextureDesc::new_2d(camera.size, TextureFormat::Rgba32Uint)),
             emission: graph.texture("gbuffer_emission", radiance_desc(camera.size)),
+            motion: None,
         };
         scene
             .bind(graph.compute(&self.shader.variant(scene)).params(&GBufferParams { camera: *camera }))

@@ -17,10 +17,12 @@
 //! Units: positions in m, flux in W, radiance in W·m⁻²·sr⁻¹, linear Rec. 709 RGB. Images have their first row on top.
 
 mod accumulate;
+mod ambient_occlusion;
 mod camera;
 mod compose;
 mod deposit_cull;
 mod direct;
+mod filter;
 mod gbuffer;
 mod irradiance;
 mod light_info;
@@ -46,10 +48,12 @@ mod upsample;
 mod visibility;
 
 pub use accumulate::{Accumulate, Accumulated};
+pub use ambient_occlusion::{AmbientOcclusion, AmbientOcclusionSettings};
 pub use camera::CameraUniform;
 pub use compose::Compose;
 pub use deposit_cull::DepositCull;
 pub use direct::{DirectLight, DirectSettings};
+pub use filter::{Filter, FilterError, FilterFrame, FilterInputs, FilterParameter, FilterSettings};
 pub use gbuffer::{GBuffer, GBufferPass};
 pub use irradiance::{Irradiance, ReflectIrradiance};
 pub use light_info::LightInfo;

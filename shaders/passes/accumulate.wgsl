@@ -1,10 +1,10 @@
 // Running mean and sum of squared deviations of a layer over frames [Welford62]; the standard error of the mean after n
-// frames is √(deviations / (n (n − 1))).
+// frames of one weight is √(deviations / (n (n − 1))).
 
 struct AccumulateParams {
     size: vec2u,
-    // Frames in the mean, this one included.
-    count: u32,
+    // The frame's weight over that of all in the mean, this one included.
+    share: f32,
     pad0: u32,
 }
 
@@ -21,13 +21,13 @@ fn accumulate(@builtin(global_invocation_id) pixel: vec3u) {
         return;
     }
     let x = textureLoad(value, pixel.xy, 0);
-    if params.count <= 1u {
+    if params.share >= 1.0 {
         textureStore(mean, pixel.xy, x);
         textureStore(deviations, pixel.xy, vec4f(0.0));
         return;
     }
     let before = textureLoad(previous_mean, pixel.xy, 0);
-    let after = before + (x - before) / f32(params.count);
+    let after = before + (x - before) * params.share;
     textureStore(mean, pixel.xy, after);
     textureStore(deviations, pixel.xy, textureLoad(previous_deviations, pixel.xy, 0) + (x - before) * (x - after));
 }

@@ -1,6 +1,7 @@
 //! What can go wrong between choosing a strategy and having its image.
 
 use lightloom_graph::{GraphError, ShaderError};
+use lightloom_passes::FilterError;
 
 /// Why a strategy could not be built, set, declared or run.
 #[derive(Debug, thiserror::Error)]
@@ -60,6 +61,9 @@ pub enum StrategyError {
         /// What would fit.
         expected: &'static str,
     },
+    /// A constant of the filter makes no sense.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
     /// A shader of the strategy does not compile: a fault of the strategy.
     #[error(transparent)]
     Shader(#[from] ShaderError),

@@ -346,5 +346,5 @@ pub(crate) fn gbuffer_descs(size: [u32; 2]) -> [TextureDesc; 3] {
 
 /// The three textures as a G-buffer.
 pub(crate) fn gbuffer_of([position, surface, emission]: [Handle<Texture>; 3]) -> GBuffer {
-    GBuffer { position, surface, emission }
+    GBuffer { position, surface, emission, motion: None }
 }

@@ -55,8 +55,15 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     };
     let mut pictures = Vec::new();
     for name in &strategies {
-        let rendering =
-            session.render(&Job { label: name, strategy: name, samples: args.samples, seed: args.scene.seed, profile: false })?;
+        let rendering = session.render(&Job {
+            label: name,
+            strategy: name,
+            samples: args.samples,
+            seed: args.scene.seed,
+            profile: false,
+            plain: false,
+            continues: false,
+        })?;
         results.timing.clone_from(&rendering.timing);
         results.warnings.extend(rendering.warnings);
         results.strategies.push(rendering.row);
@@ -129,6 +136,8 @@ fn render_reference(args: &CompareArgs, session: &mut Session, results: &mut Res
         samples: args.samples,
         seed: args.scene.seed ^ REFERENCE_SEED,
         profile: false,
+        plain: true,
+        continues: false,
     })?;
     results.reference = Some(Reference {
         name: REFERENCE_STRATEGY.to_owned(),
@@ -161,6 +170,8 @@ pub(super) fn describe(scene: &SceneArgs, layer: Layer, session: &Session) -> Re
             radius: scene.radius,
             materials: scene.materials.name().to_owned(),
             deterministic: scene.deterministic,
+            filter: session.filter(),
+            ambient_occlusion: scene.ambient_occlusion,
             exposure: 1.0,
         },
         warnings: session.warnings().to_vec(),

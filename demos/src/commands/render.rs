@@ -34,6 +34,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
         samples: args.samples,
         seed: args.scene.seed,
         profile: args.profile.is_some(),
+        plain: false,
+        continues: false,
     })?;
     for warning in session.warnings().iter().chain(&rendering.warnings) {
         console::warn(warning);

@@ -15,7 +15,8 @@ use crate::results::{Results, SequenceImage};
 use crate::session::{Job, Session};
 use crate::{Error, Picture};
 
-/// Renders `count` images. Each is the mean of its own frames, for light of different poses is not to be averaged.
+/// Renders `count` images. Each is the mean of its own frames, for light of different poses is not to be averaged; with the filter,
+/// which follows surfaces from pose to pose, of frames that remember the images before.
 pub(super) fn run(args: &RenderArgs, format: ImageFormat, layer: Layer, count: u32) -> Result<(), Error> {
     if args.profile.is_some() {
         return Err(Error::Usage("--profile is for one image: leave out --animate".to_owned()));
@@ -33,8 +34,10 @@ pub(super) fn run(args: &RenderArgs, format: ImageFormat, layer: Layer, count: u
             label: &format!("{} {}/{count}", args.strategy, index + 1),
             strategy: &args.strategy,
             samples: args.samples,
-            seed: args.scene.seed,
+            seed: session.seed_of_image(args.scene.seed, index),
             profile: false,
+            plain: false,
+            continues: index > 0,
         })?;
         let picture: &Picture = &rendering.picture;
         // One exposure for all: the sequence is not to flicker.

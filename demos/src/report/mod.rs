@@ -85,7 +85,11 @@ fn header(results: &Results) -> String {
         ("first hits", settings.first_hit.clone()),
         ("photon store", settings.photon_store.clone()),
         ("materials", settings.materials.clone()),
+        ("filter", settings.filter.clone()),
     ];
+    if let Some(radius) = settings.ambient_occlusion {
+        facts.push(("ambient occlusion", format!("{radius} m")));
+    }
     if let Some(radius) = settings.radius {
         facts.push(("radius", format!("{radius} m")));
     }

@@ -90,7 +90,7 @@ impl Session {
         let (mut graph, _) = self.declare_frame(strategy, &settings, settings.frames - 1)?;
         find_tap(&mut graph, pass)?;
         self.warm_up(strategy, &settings)?;
-        find(&mut self.pipelines, strategy)?.strategy_mut().reset();
+        find(&mut self.pipelines, strategy)?.reset();
         let begin = Instant::now();
         let line = ProgressLine::new(strategy);
         for index in 0..settings.frames {

@@ -31,6 +31,8 @@ pub struct GpuScene {
     /// What ray-tracing pipelines search, once it was built.
     structure: Option<Arc<Structure>>,
     traits: SceneTraits,
+    /// Its triangles may move from frame to frame.
+    moves: bool,
     /// Size and cost of the hierarchy.
     pub bvh_stats: BvhStats,
 }
@@ -75,6 +77,8 @@ pub struct SceneHandles {
     pub ray_pipeline_scene: Option<RayPipelineScene>,
     /// What the scene asks of the shaders.
     pub traits: SceneTraits,
+    /// Its triangles may be elsewhere in the next frame.
+    pub moves: bool,
 }
 
 impl GpuScene {
@@ -127,6 +131,7 @@ impl GpuScene {
             acceleration: None,
             structure: None,
             traits: SceneTraits::of(scene),
+            moves: scene.animation.is_some(),
             bvh_stats: bvh.stats(),
         })
     }
@@ -148,6 +153,7 @@ impl GpuScene {
         let mut to = Writer::new(gpu, &scene.name);
         self.pose = Pose::write(&mut to, scene, bvh, &self.alpha_tested, Some(&self.pose))?;
         self.bvh_stats = bvh.stats();
+        self.moves = true;
         if self.acceleration.is_some() {
             self.accelerate()?;
         }
@@ -250,6 +256,7 @@ impl GpuScene {
             ray_query_scene,
             ray_pipeline_scene,
             traits: self.traits,
+            moves: self.moves,
         }
     }
 

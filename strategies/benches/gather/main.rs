@@ -199,6 +199,7 @@ impl Bench {
             position: graph.import_texture("position", float.clone(), inputs.position.clone()),
             surface: graph.import_texture("surface", surface, inputs.surface.clone()),
             emission: graph.import_texture("emission", float, None),
+            motion: None,
         };
         let records = BufferDesc::array_of::<Photon>(settings.capacity.into());
         let photons = Photons {

@@ -27,7 +27,7 @@ pub struct Frame<'a> {
 pub struct LightLayer {
     /// The mean over the frames so far; the frame itself if only one is asked for.
     pub mean: Handle<Texture>,
-    /// Sum of squared deviations from it; `None` if only one frame is asked for. After n frames the standard error of the mean is
+    /// Sum of squared deviations from it; `None` if only one frame is asked for, or if each was filtered with those before it. After n frames the standard error of the mean is
     /// √(deviations / (n (n − 1))).
     pub deviations: Option<Handle<Texture>>,
 }
@@ -85,10 +85,12 @@ impl Pipeline {
         let Frame { scene, info, camera, settings, frame_index } = *frame;
         let seed = settings.frame_seed(frame_index);
 
-        let gbuffer = gbuffer.unwrap_or_else(|| {
+        let (gbuffer, visibility) = if let Some(gbuffer) = gbuffer {
+            (gbuffer, None)
+        } else {
             let visibility = self.visibility.add(graph, scene, camera, info.triangle_count);
-            self.gbuffer.add(graph, scene, camera, &visibility)
-        });
+            (self.gbuffer.add(graph, scene, camera, &visibility), Some(visibility))
+        };
         let surfaces = self.surface.add(graph, camera, &gbuffer);
         let photons = self.strategy.uses_photons().then(|| {
             let mut wanted = settings.photon_settings(frame_index);
@@ -109,7 +111,12 @@ impl Pipeline {
             max_bounces: settings.bounces,
             deterministic: settings.deterministic,
         };
-        let estimate = self.strategy.declare(graph, &inputs)?;
+        let mut estimate = self.strategy.declare(graph, &inputs)?;
+        let mut openness = settings
+            .ambient_occlusion
+            .map(|wanted| self.occlusion.add(graph, scene, camera, &gbuffer, wanted, seed, frame_index));
+        let seen = (&gbuffer, visibility.as_ref());
+        self.filtering.add(graph, &self.sources, frame, seen, &mut estimate, &mut openness)?;
         let direct = estimate.direct.unwrap_or_else(|| {
             let sampling = DirectSettings { seed, frame: frame_index, emissive_samples: settings.emissive_samples };
             self.direct.add(graph, scene, info, camera, &gbuffer, sampling)
@@ -120,7 +127,7 @@ impl Pipeline {
             let path = PathSettings { seed, frame: frame_index, max_bounces: settings.bounces };
             self.specular.add(graph, scene, info, camera, &gbuffer, &estimate.indirect, path)
         };
-        let sum = self.compose.add(graph, camera.size, &direct, &indirect);
+        let sum = self.compose.add(graph, camera.size, &direct, &indirect, openness.as_ref());
 
         let mut over_frames = |name, image| self.over_frames(graph, frame, name, image);
         Ok(FrameLayers {
@@ -158,7 +165,12 @@ impl Pipeline {
         if frame.settings.frames <= 1 || !wanted {
             return LightLayer { mean: image, deviations: None };
         }
-        let sums = self.accumulate.add(graph, name, frame.camera.size, &image, frame.frame_index.saturating_add(1));
-        LightLayer { mean: sums.mean, deviations: Some(sums.deviations) }
+        // Filtered frames remember those before them, later ones more: the nth of them has the weight n, and what one brought alone has
+        // nearly the same in the mean as what every other did. They are not independent, so that their deviations tell no error.
+        let filtered = frame.settings.filter.is_some() && name != Layer::Direct.name();
+        let n = frame.frame_index as f32 + 1.0;
+        let share = if filtered { 2.0 / (n + 1.0) } else { 1.0 / n };
+        let sums = self.accumulate.add(graph, name, frame.camera.size, &image, share);
+        LightLayer { mean: sums.mean, deviations: (!filtered).then_some(sums.deviations) }
     }
 }

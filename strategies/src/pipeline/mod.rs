@@ -1,14 +1,15 @@
 //! A whole frame with one strategy in its middle, and the loop over frames.
 //!
 //! ```text
-//! scene ─▶ visibility ─▶ G-buffer ─┬─▶ direct light ───────────────────────────┐
-//!   └────▶ photon tracing ─▶ photons ─▶ STRATEGY ─▶ specular pixels ─▶ indirect ─┴─▶ compose ─▶ mean over frames
+//! scene ─▶ visibility ─▶ G-buffer ─┬─▶ direct light ──────────────────────────────────────┐
+//!   └────▶ photon tracing ─▶ photons ─▶ STRATEGY ─▶ (filter) ─▶ specular pixels ─▶ indirect ─┴─▶ compose ─▶ mean over frames
 //! ```
 //!
 //! [`Pipeline::declare_frame`] is the frame as code, for integrators who bring their own G-buffer, graph or loop;
 //! [`Pipeline::render`] runs it and brings images and measurements back. Passes whose results nobody asks for are culled by
 //! the graph, so asking for one layer costs that layer.
 
+mod filtering;
 mod frame;
 mod rendered;
 mod settings;
@@ -19,10 +20,12 @@ pub use settings::{Layer, Settings};
 
 use crate::surface_layers::SurfaceLayers;
 use crate::{Strategy, StrategyError};
+use filtering::Filtering;
 use lightloom_graph::{Executor, FrameOutput, FrameProfile, Graph, Progress, Readback, WgslSources};
 use lightloom_passes::scene::{Camera, GpuScene, SceneInfo};
 use lightloom_passes::{
-    Accumulate, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, Rsm, SpecularPixels, Visibility,
+    Accumulate, AmbientOcclusion, CameraUniform, Compose, DirectLight, GBufferPass, PhotonState, PhotonTracing, Rsm,
+    SpecularPixels, Visibility,
 };
 use rendered::add_times;
 use std::ops::ControlFlow;
@@ -50,6 +53,8 @@ pub struct Pipeline {
     direct: DirectLight,
     photons: PhotonTracing,
     specular: SpecularPixels,
+    occlusion: AmbientOcclusion,
+    filtering: Filtering,
     compose: Compose,
     accumulate: Accumulate,
     surface: SurfaceLayers,
@@ -80,6 +85,8 @@ impl Pipeline {
             direct: DirectLight::new(sources)?,
             photons: PhotonTracing::new(sources)?,
             specular: SpecularPixels::new(sources)?,
+            occlusion: AmbientOcclusion::new(sources)?,
+            filtering: Filtering::default(),
             compose: Compose::new(sources)?,
             accumulate: Accumulate::new(sources)?,
             surface: SurfaceLayers::new(sources)?,
@@ -98,11 +105,31 @@ impl Pipeline {
         &mut *self.strategy
     }
 
-    /// Renders `settings.frames` frames and brings back the mean of each layer and what was measured.
+    /// Forgets what strategy and filter keep of earlier frames; call when the camera jumps or the scene is another.
+    pub fn reset(&mut self) {
+        self.strategy.reset();
+        self.filtering.forget();
+    }
+
+    /// Renders `settings.frames` frames and brings back the mean of each layer and what was measured. The first frame begins anew.
     ///
     /// `observer` hears of each long pass; its `Break` ends the rendering with
     /// [`GraphError::Cancelled`](lightloom_graph::GraphError::Cancelled).
     pub fn render(
+        &mut self,
+        executor: &mut Executor,
+        scene: &GpuScene,
+        camera: &Camera,
+        settings: &Settings,
+        observer: &mut dyn FnMut(RenderProgress<'_>) -> ControlFlow<()>,
+    ) -> Result<Rendered, StrategyError> {
+        self.filtering.forget();
+        self.render_next(executor, scene, camera, settings, observer)
+    }
+
+    /// As [`Self::render`], but the first frame is filtered with the frames of the rendering before: the next image of a camera or a scene
+    /// that moves. It is to have another seed, or its noise would be that of the image before.
+    pub fn render_next(
         &mut self,
         executor: &mut Executor,
         scene: &GpuScene,

@@ -1,7 +1,7 @@
 //! What a rendering is asked for.
 
 use crate::StrategyError;
-use lightloom_passes::{PhotonSettings, RsmSettings};
+use lightloom_passes::{AmbientOcclusionSettings, FilterSettings, PhotonSettings, RsmSettings};
 
 /// An image of one part of the light, or of the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -66,6 +66,12 @@ pub struct Settings {
     /// Frames to average. One: sampled at the pixels' centres. More: each with its own photons and its own sample
     /// position inside the pixels.
     pub frames: u32,
+    /// Filters the indirect light and the caustics, each frame with what the frames before it left. The image is the mean of the
+    /// filtered frames, the nth with the weight n. `None`: the estimate as it is.
+    pub filter: Option<FilterSettings>,
+    /// Darkens the indirect light in [`Layer::Final`] where surfaces are close together, see
+    /// [`AmbientOcclusion`](lightloom_passes::AmbientOcclusion). `None`: it is as the photons say.
+    pub ambient_occlusion: Option<AmbientOcclusionSettings>,
     /// Sum in a fixed order, so that two runs on one adapter give the same bits.
     pub deterministic: bool,
     /// Shadow rays to emissive triangles per pixel and frame. More: calmer soft shadows.
@@ -86,6 +92,8 @@ impl Default for Settings {
             bounces: 32,
             seed: 0,
             frames: 1,
+            filter: None,
+            ambient_occlusion: None,
             deterministic: false,
             emissive_samples: 8,
             layers: Layer::ALL.to_vec(),
@@ -130,6 +138,17 @@ impl Settings {
         if self.frames == 0 {
             return refuse("frames", "0".to_owned(), "at least one frame is needed");
         }
+        if let Some(filter) = &self.filter {
+            filter.check()?;
+        }
+        if let Some(AmbientOcclusionSettings { radius_m, rays }) = self.ambient_occlusion {
+            if !(radius_m.is_finite() && radius_m > 0.0) {
+                return refuse("ambient_occlusion", radius_m.to_string(), "a positive radius in metres is needed");
+            }
+            if rays == 0 {
+                return refuse("ambient_occlusion", "0 rays".to_owned(), "at least one ray is needed");
+            }
+        }
         if self.photons == 0 {
             return refuse("photons", "0".to_owned(), "at least one photon is needed");
         }
@@ -163,6 +182,9 @@ mod tests {
             Settings { size: [4, 8193], ..good.clone() },
             Settings { frames: 0, ..good.clone() },
             Settings { photons: 0, ..good.clone() },
+            Settings { filter: Some(FilterSettings { history: 1.0, ..FilterSettings::default() }), ..good.clone() },
+            Settings { ambient_occlusion: Some(AmbientOcclusionSettings::new(0.0)), ..good.clone() },
+            Settings { ambient_occlusion: Some(AmbientOcclusionSettings { radius_m: 1.0, rays: 0 }), ..good.clone() },
         ] {
             assert!(bad.check(8192).is_err(), "{bad:?}");
         }

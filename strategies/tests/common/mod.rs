@@ -261,6 +261,7 @@ impl Bench {
             position: self.image(graph, "position", size, POSITION, &view.position),
             surface: self.image(graph, "surface", size, SURFACE, &view.surface),
             emission: graph.import_texture("emission", TextureDesc::new_2d(size, POSITION), None),
+            motion: None,
         }
     }
 
@@ -368,5 +369,6 @@ fn no_scene(graph: &mut Graph<'_>) -> SceneHandles {
         ray_query_scene: None,
         ray_pipeline_scene: None,
         traits,
+        moves: false,
     }
 }

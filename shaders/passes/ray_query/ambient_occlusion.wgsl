@@ -1,0 +1,4 @@
+// `passes/ambient_occlusion.wgsl`, its rays traced by ray queries.
+enable wgpu_ray_query;
+#import "shared/ray_query.wgsl" as "shared/bvh.wgsl"
+#import "passes/ambient_occlusion.wgsl"
