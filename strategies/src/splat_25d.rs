@@ -6,8 +6,8 @@
 //!         image[x, y] += contribution of P at X, where the kernel holds X
 //! ```
 //!
-//! The 2.5D bounds of [MML13] section 2.2.1. A sphere projects to an ellipse, and so does an ellipsoid; the n-gon of the least area around an ellipse is the affine
-//! image of the regular one. The vertex stage finds the ellipse anew for each vertex; the paper's geometry stage, which found it once
+//! The 2.5D bounds of [MML13] section 2.2.1. A sphere projects to an ellipse, and so does an ellipsoid; the n-gon of the least area around
+//! an ellipse is the affine image of the regular one. The vertex stage finds the ellipse anew for each vertex; the paper's geometry stage, which found it once
 //! for each photon, WebGPU does not have. Kernels that reach the plane of the eye, where outlines are no ellipses, take one around the box
 //! that they cover.
 //!

@@ -6,8 +6,9 @@
 //!         image[x, y] += contribution of P at X, where the kernel holds X
 //! ```
 //!
-//! [SA19] section 24.3.2, and the "photon volumes" of [MML13] section 2.2.1. The hull is circumscribed, an icosahedron about a sphere and a hexagonal prism
-//! about an ellipsoid's kernel, 20 triangles either way. The fragment stage tests the kernel itself, so that the hull's shape costs time and no light.
+//! [SA19] section 24.3.2, and the "photon volumes" of [MML13] section 2.2.1. The hull is circumscribed, an icosahedron about a sphere and a
+//! hexagonal prism about an ellipsoid's kernel, 20 triangles either way. The fragment stage tests the kernel itself, so that the hull's
+//! shape costs time and no light.
 //!
 //! With `shape=sphere` it sums the photons `exact` sums, in the order of the store. Biased for any radius above 0; consistent as radii shrink and
 //! photons grow. With `shape=ellipsoid` the light of a pixel is also reflected as if it all came from its mean direction, a bias of its

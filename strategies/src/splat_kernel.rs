@@ -67,14 +67,14 @@ shader_struct! {
     }
 }
 
-/// The kernel as a user states it; `None` is automatic, see the [values](self).
+/// The kernel as a user states it; `None` is automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SplatKernel {
     /// Least radius of a disc that holds one photon (m); raising it blurs where photons lie densely, as in caustics. Automatic: an
     /// eighth of `disc_max`.
     pub disc_min_m: Option<f32>,
-    /// Largest radius of such a disc (m); raising it blurs and calms where photons are sparse. Automatic: 0.15 R · N^(−1/6) / `n_tile`, R the radius of the
-    /// scene's bounding sphere (m).
+    /// Largest radius of such a disc (m); raising it blurs and calms where photons are sparse. Automatic: 0.15 R · N^(−1/6) /
+    /// `n_tile`, R the radius of the scene's bounding sphere (m).
     pub disc_max_m: Option<f32>,
     /// Kernel radii to such discs' radii: kernels overlap `n_tile²` deep before rays' lengths shrink them. Raising it blurs and calms
     /// everywhere, up to the widest kernel. Automatic: 8.

@@ -215,8 +215,8 @@ fn spherical_splats_in_32_bits_equal_exact() {
     }
 }
 
-/// Each of n summands, all positive, is rounded to 11 bits, and so is each partial sum: both by at most 2⁻¹¹ of the sum, as far as the order of errors
-/// goes, or by half the smallest 16-bit float, 2⁻²⁵, where it is tiny. So n + 1 times 2⁻¹¹, and 2 n times 2⁻²⁵.
+/// n summands, all positive: each is rounded to 11 bits, by 2⁻¹¹ of itself and so of their sum in all, and so is each of n partial sums, by
+/// 2⁻¹¹ of the whole sum at the most, or by half the smallest 16-bit float, 2⁻²⁵, where it is tiny. So n + 1 times 2⁻¹¹, and 2 n times 2⁻²⁵.
 #[test]
 fn spherical_splats_in_16_bits_equal_exact_but_for_their_rounding() {
     let Some(mut bench) = Bench::new() else { return };

@@ -17,10 +17,11 @@
 //! **Depth.** There is none: what is drawn covers every pixel whose visible point may lie in the kernel, and the fragment stage tests
 //! that point itself. Hulls show their back faces, which no eye inside a hull and no near plane takes away.
 //!
-//! **Sums.** WebGPU blends 16-bit floats everywhere. They hold light in units of its mean over the scene, so that sums of 1/16,000 to 65,504
-//! times the mean have all of their 11 bits: the mean irradiance is taken as the lights' flux over the area of the scene's bounding sphere, the mean
-//! radiance as a π-th of that, to the next power of two. Brighter pixels are cut there, and counted in `pixels_overflowed`. Photons
-//! are blended in the order of the store, for rasterisation keeps the order of primitives: two runs give the same bits.
+//! **Sums.** WebGPU blends 16-bit floats everywhere. They hold light in units of its mean over the scene, so that sums of 1/16,000 to
+//! 65,504 times the mean have all of their 11 bits: the mean irradiance is taken as the lights' flux over the area of the scene's bounding
+//! sphere, the mean radiance as a π-th of that, to the nearest power of two. Brighter pixels are cut there, and counted in
+//! `pixels_overflowed`. Photons are blended in the order of the store, for rasterisation keeps the order of primitives: two runs give the
+//! same bits.
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 //! [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems chapter 24, 2019"
