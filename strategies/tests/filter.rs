@@ -305,7 +305,8 @@ fn relative_mse(x: &LayerImage, r: &LayerImage) -> f64 {
 #[test]
 fn eight_filtered_frames_of_a_room_have_a_quarter_of_the_error_and_the_same_light() {
     let Some(mut room) = Room::new(&builtin::cornell()) else { return };
-    let settings = Settings { size: [64, 48], photons: 300_000, layers: vec![Layer::Indirect], ..Settings::default() };
+    let settings =
+        Settings { size: [64, 48], photons: 300_000, bounces: 3, layers: vec![Layer::Indirect], ..Settings::default() };
     let reference = room.render(&mut pipeline("path"), &Settings { frames: 256, seed: 77, ..settings.clone() });
     let mut tiled = pipeline("tiled");
     let one = room.render(&mut tiled, &settings);
