@@ -290,3 +290,22 @@ fn light_stays_on_its_surface_at_half_resolution() {
         }
     }
 }
+
+/// Blended in 16 bits, on any device: the same light, and the same bits in every run.
+#[test]
+fn targets_of_16_bits_hold_the_same_light() {
+    let Some(mut bench) = bench() else { return };
+    let photons = scattered(400);
+    let view = view(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.0, -1.0), [60, 40], floor_and_wall);
+    let mean = |images: &IrradianceImages| images.irradiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / 2400.0;
+    for name in NAMES {
+        for resolution in ["full", "half"] {
+            let wide = bench.run_irradiance(&mut *splats(name, "0.4", &[("resolution", resolution)]), &view, &photons);
+            let mut strategy = splats(name, "0.4", &[("resolution", resolution), ("precision", "half")]);
+            let narrow = bench.run_irradiance(&mut *strategy, &view, &photons);
+            // Some ten photons a pixel, each rounded at random by 2⁻¹¹ at the most: a thousandth of a pixel, far less of their mean.
+            assert!((mean(&narrow) / mean(&wide) - 1.0).abs() < 1e-3, "{name}, {resolution}: {} {}", mean(&narrow), mean(&wide));
+            assert!(narrow == bench.run_irradiance(&mut *strategy, &view, &photons), "{name} differs from run to run");
+        }
+    }
+}
