@@ -94,6 +94,34 @@ fn sorted_grids_of_any_shape_equal_exact() {
     }
 }
 
+#[test]
+fn view_grids_of_any_cells_equal_exact() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views(SIZE)[1].1, floor_and_wall);
+    for radii in &RADII {
+        let exact = bench.run(&mut *strategy("exact", radii), &view, &photons, 2500, false);
+        for cells in ["1", "2", "3", "4"] {
+            let settings = [radii[0], radii[1], ("cells", cells)];
+            let images = bench.run(&mut *strategy("view-grid", &settings), &view, &photons, 2500, false);
+            assert_equal(&exact, &images, &format!("{cells} cells, {radii:?}"));
+        }
+    }
+}
+
+/// Images of an executor's first frame are black where nothing is written; later ones may show an earlier frame there.
+#[test]
+fn every_pixel_is_written() {
+    let photons = photons(2500);
+    let view = View::new(views(SIZE)[1].1, floor_and_wall);
+    for name in SEARCHES {
+        let Some(mut bench) = Bench::new() else { return };
+        let first = bench.run(&mut *strategy(name, &RADII[1]), &view, &photons, 2500, false);
+        let exact = bench.run(&mut *strategy("exact", &RADII[1]), &view, &photons, 2500, false);
+        assert_equal(&exact, &first, name);
+    }
+}
+
 /// Radii of some cells, of a hundred thousand cells to the scene, of five times the scene: fewer photons than 3000 in all.
 #[test]
 fn kernels_from_tiny_to_wider_than_the_scene_equal_exact() {
@@ -108,8 +136,11 @@ fn kernels_from_tiny_to_wider_than_the_scene_equal_exact() {
             assert_equal(&exact, &images, &format!("{name}, {radius} m"));
         }
     }
-    let images = bench.run(&mut *strategy("sorted-grid", &[("radius", "3e38")]), &view, &photons, 2500, false);
-    assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "light over an infinite area is none");
+    for name in ["sorted-grid", "view-grid"] {
+        let images = bench.run(&mut *strategy(name, &[("radius", "3e38")]), &view, &photons, 2500, false);
+        assert!(images.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{name}: light over an infinite area is none");
+        assert!(images.stats.contains(&("pixels_cut", 0)), "{name}: {:?}", images.stats);
+    }
 }
 
 #[test]

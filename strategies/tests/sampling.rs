@@ -75,6 +75,21 @@ fn a_probability_of_one_takes_every_photon() {
     }
 }
 
+/// A pixel draws from the photons of its list: which those are must not depend on which threads were first.
+#[test]
+fn deterministic_draws_are_the_same_in_every_run() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views([160, 120])[1].1, floor_and_wall);
+    for name in GATHERS {
+        let mut strategy = strategy(name, &[("radius", "0.6"), ("selection", "0.25")]);
+        let first = bench.run(&mut *strategy, &view, &photons, 2500, true);
+        for _ in 0..3 {
+            assert!(first == bench.run(&mut *strategy, &view, &photons, 2500, true), "{name} differs from run to run");
+        }
+    }
+}
+
 /// The pixels that gather are the same, and so must their sums be; up to rounding, as everywhere.
 #[test]
 fn subsampled_strategies_are_equal_and_lose_no_light() {
