@@ -1,21 +1,5 @@
 // Screen tiles and the spheres that reach them: the geometry of [MML13] section 2.3.1, "2D: Tiles".
 #import "shared/camera.wgsl"
-#import "shared/math.wgsl"
-#import "shared/photon.wgsl"
-
-// World-space box and normals of the visible points of one tile that gather photons.
-struct TileBounds {
-    lower_world: vec3f,
-    // Number of such points; without any, the rest means nothing.
-    points: u32,
-    upper_world: vec3f,
-    // Least cosine with the axis of the normals of photons that some point can gather.
-    min_cos_normal: f32,
-    // Of the cone that holds the points' geometric normals; unit, world.
-    axis: vec3f,
-    // Least cosine with the axis of the directions from which some point can take light.
-    min_cos_incident: f32,
-}
 
 // First tile of the range and the one past its last, in tiles.
 struct TileRange {
@@ -75,12 +59,4 @@ fn sphere_tiles(camera: Camera, center_world: vec3f, radius: f32, tile_size: u32
     let first_tile = clamp(floor(first * scale), vec2f(0.0), inside);
     let last_tile = clamp(floor(last * scale), vec2f(0.0), inside);
     return TileRange(vec2u(first_tile), vec2u(last_tile) + 1u);
-}
-
-// Whether some point of the tile may gather the photon. Conservative.
-fn photon_meets_tile(bounds: TileBounds, photon: Photon, radius: f32) -> bool {
-    let outside = max(max(bounds.lower_world - photon.position, photon.position - bounds.upper_world), vec3f(0.0));
-    return bounds.points > 0u && dot(outside, outside) <= radius * radius
-        && dot(octahedral_decode(photon.normal), bounds.axis) >= bounds.min_cos_normal
-        && -dot(octahedral_decode(photon.direction), bounds.axis) >= bounds.min_cos_incident;
 }

@@ -61,6 +61,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "passes/trace_rays.wgsl",
     "passes/upsample.wgsl",
     "passes/visibility.wgsl",
+    "shared/bound_points.wgsl",
     "shared/brdf.wgsl",
     "shared/bvh.wgsl",
     "shared/camera.wgsl",
@@ -89,6 +90,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/photon_start.wgsl",
     "shared/photon_store.wgsl",
     "shared/photon_store_compact.wgsl",
+    "shared/point_bounds.wgsl",
     "shared/pulled_triangle.wgsl",
     "shared/radiance_sum.wgsl",
     "shared/ray_differential.wgsl",
@@ -111,6 +113,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/surface.wgsl",
     "shared/texture.wgsl",
     "shared/tiles.wgsl",
+    "shared/view_points.wgsl",
     "shared/warp.wgsl",
     "shared/workgroup_scan.wgsl",
     "strategies/density_tiles.wgsl",
@@ -138,6 +141,11 @@ pub const FILES: &[(&str, &str)] = embed![
     "strategies/tiled_bounds.wgsl",
     "strategies/tiled_gather.wgsl",
     "strategies/tiled_insert.wgsl",
+    "strategies/view_grid_bounds.wgsl",
+    "strategies/view_grid_count.wgsl",
+    "strategies/view_grid_gather.wgsl",
+    "strategies/view_grid_insert.wgsl",
+    "strategies/view_grid_scatter.wgsl",
 ];
 
 #[cfg(test)]

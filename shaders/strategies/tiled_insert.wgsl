@@ -7,6 +7,7 @@
 #import "shared/dispatch.wgsl"
 #import "shared/estimate.wgsl"
 #import "shared/photon_store.wgsl"
+#import "shared/point_bounds.wgsl"
 #import "shared/tiles.wgsl"
 
 struct Params {
@@ -25,7 +26,7 @@ struct Params {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var<storage, read> photons: array<StoredPhoton>;
 @group(0) @binding(2) var<storage, read> photon_state: PhotonState;
-@group(0) @binding(3) var<storage, read> tile_bounds: array<TileBounds>;
+@group(0) @binding(3) var<storage, read> tile_bounds: array<PointBounds>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read_write> tile_counts: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> tile_entries: array<u32>;
@@ -43,7 +44,7 @@ fn tiled_insert(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroup
     for (var y = range.first.y; y < range.end.y; y++) {
         for (var x = range.first.x; x < range.end.x; x++) {
             let tile = y * params.tiles.x + x;
-            if photon_meets_tile(tile_bounds[tile], photon, radius) {
+            if photon_meets_points(tile_bounds[tile], photon, radius) {
                 let entry = tile_offsets[tile] + atomicAdd(&tile_counts[tile], 1u);
                 if entry < params.entry_capacity {
                     tile_entries[entry] = index;

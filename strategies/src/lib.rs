@@ -30,6 +30,7 @@ mod parameter;
 mod path;
 mod photon_lists;
 mod pipeline;
+mod point_bounds;
 mod registry;
 mod requirements;
 mod sorted_grid;
@@ -42,6 +43,7 @@ mod surface_layers;
 #[cfg(test)]
 mod test_scene;
 mod tiled;
+mod view_grid;
 
 pub use density_tiles::DensityTiles;
 pub use error::StrategyError;
@@ -66,3 +68,4 @@ pub use splat_kernel::{SplatKernel, SplatKernelUniform};
 pub use strategy::{Estimate, FrameInputs, Stats, Strategy};
 pub use surface_layers::SurfaceImages;
 pub use tiled::{Tiled, TiledConfig};
+pub use view_grid::{ViewGrid, ViewGridConfig};

@@ -77,7 +77,7 @@ const MAX_BUCKET_BITS: u32 = 24;
 
 shader_struct! {
     /// Where the cells lie and how rows lie in the table.
-    struct Grid {
+    pub(crate) struct Grid {
         origin_world: [f32; 3],
         row_mask: u32,
         cells_per_m: [f32; 3],
@@ -226,7 +226,7 @@ impl Strategy for SortedGrid {
         let points = self.gather.points(graph, frame, &sampling);
         let reach = reach(frame.info, radii);
         let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted.min(photons.capacity)));
-        let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), bits);
+        let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), CELLS_PER_WIDTH, bits);
 
         let mut lists = self.lists(graph, photons, grid);
         if frame.deterministic {
@@ -291,14 +291,14 @@ impl Strategy for SortedGrid {
 
 impl Grid {
     /// Length of the table.
-    fn buckets(&self) -> u32 {
+    pub(crate) fn buckets(&self) -> u32 {
         // A row is at most a million cells.
         self.row_mask + 1 + self.last_x as u32 + 1
     }
 }
 
 /// Distance (m) within which a pixel looks for photons. Nothing is farther than the scene is wide, however wide the kernel.
-fn reach(scene: &SceneInfo, radii: Radii) -> f32 {
+pub(crate) fn reach(scene: &SceneInfo, radii: Radii) -> f32 {
     (radii.r_max_m * REACH_SLACK).min(2.0 * extent(scene))
 }
 
@@ -312,13 +312,13 @@ fn automatic_bits(photons: u32) -> u32 {
     (photons / 2).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
 }
 
-/// The grid for a search sphere `rows` rows wide, and 2 to the power `bucket_bits` places where rows begin.
-fn grid(scene: &SceneInfo, reach_m: f32, rows: u32, bucket_bits: u32) -> Grid {
+/// The grid for a search sphere `rows` rows wide, cells `cells_per_width` times thinner along a row, and 2 to the power `bucket_bits` places where rows begin.
+pub(crate) fn grid(scene: &SceneInfo, reach_m: f32, rows: u32, cells_per_width: f32, bucket_bits: u32) -> Grid {
     let extent = extent(scene);
     // Radii far below a millionth of the scene would overflow the coordinates; wider cells only cost time.
-    let width_m = (2.0 * CELL_SLACK * reach_m / rows as f32).max(extent * CELLS_PER_WIDTH / MAX_CELLS);
+    let width_m = (2.0 * CELL_SLACK * reach_m / rows as f32).max(extent * cells_per_width / MAX_CELLS);
     let rows_per_m = 1.0 / width_m;
-    let cells_per_m = CELLS_PER_WIDTH * rows_per_m;
+    let cells_per_m = cells_per_width * rows_per_m;
     Grid {
         origin_world: (scene.bounds_center - Vec3::splat(scene.bounds_radius)).into(),
         row_mask: (1 << bucket_bits) - 1,
@@ -363,12 +363,12 @@ mod tests {
     #[test]
     fn rows_hold_their_share_of_the_search_sphere_and_stay_countable() {
         let scene = unit_scene();
-        let rows = grid(&scene, 0.1, 1, 12);
+        let rows = grid(&scene, 0.1, 1, CELLS_PER_WIDTH, 12);
         let width = 1.0 / rows.cells_per_m[1];
         assert!(width > 0.2 && width < 0.201, "{width}");
         assert!(rows.last_x >= 2.0 * scene.bounds_radius * rows.cells_per_m[0], "{rows:?}: a row spans the scene");
         assert_eq!(rows.buckets(), 4096 + rows.last_x as u32 + 1);
-        let tiny = grid(&scene, 1e-30, 4, 24);
+        let tiny = grid(&scene, 1e-30, 4, CELLS_PER_WIDTH, 24);
         assert!(tiny.last_x <= 1.01 * MAX_CELLS && tiny.rounding_cells < 0.1, "{tiny:?}");
     }
 
@@ -378,7 +378,7 @@ mod tests {
         let point = SceneInfo { bounds_radius: 0.0, ..unit_scene() };
         for scene in [unit_scene(), point] {
             let reach = reach(&scene, widest);
-            let grid = grid(&scene, reach, 1, 10);
+            let grid = grid(&scene, reach, 1, CELLS_PER_WIDTH, 10);
             assert!(reach > 2.0 * scene.bounds_radius, "{reach}: everything is in reach");
             assert!(grid.cells_per_m.iter().all(|cells| cells.is_finite() && *cells > 0.0), "{grid:?}");
             assert!((1.0..100.0).contains(&grid.last_x), "{grid:?}");

@@ -20,6 +20,7 @@
 use crate::gather_sampling::{Gather, GatherPoints, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::point_bounds::PointBounds;
 use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
@@ -27,18 +28,6 @@ use lightloom_passes::{CameraUniform, Photons, PrefixSum};
 
 /// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
 const MAX_ENTRIES: u32 = 1 << 25;
-
-shader_struct! {
-    /// World-space box and normal cone of the visible points of one tile.
-    struct TileBounds {
-        lower_world: [f32; 3],
-        points: u32,
-        upper_world: [f32; 3],
-        min_cos_normal: f32,
-        axis: [f32; 3],
-        min_cos_incident: f32,
-    }
-}
 
 shader_struct! {
     /// Parameters of `tiled_bounds`.
@@ -136,7 +125,7 @@ impl Tiled {
         tiles: [u32; 2],
     ) -> Handle<Buffer> {
         let count = u64::from(tiles[0]) * u64::from(tiles[1]);
-        let mut bounds = graph.buffer("tile_bounds", BufferDesc::array_of::<TileBounds>(count));
+        let mut bounds = graph.buffer("tile_bounds", BufferDesc::array_of::<PointBounds>(count));
         let params = BoundsParams {
             camera_position_world: frame.camera_position_world(),
             tiles_x: tiles[0],

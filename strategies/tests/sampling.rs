@@ -9,7 +9,7 @@ use lightloom_passes::{Photon, Subsample, Upsample, shaders};
 const SIZE: [u32; 2] = [40, 30];
 
 /// What gathers at pixels.
-const GATHERS: [&str; 3] = ["tiled", "hash-grid", "sorted-grid"];
+const GATHERS: [&str; 4] = ["tiled", "hash-grid", "sorted-grid", "view-grid"];
 
 /// Terms of each pixel, on the CPU.
 fn terms(view: &View, photons: &[Photon], radius: f64) -> Vec<Terms> {
@@ -35,7 +35,7 @@ fn selected_photons_have_the_mean_and_the_variance_of_independent_draws() {
     let photons = photons(1500);
     let view = View::new(views(SIZE)[0].1, floor_and_wall);
     let terms = terms(&view, &photons[..1500], 0.4);
-    for (name, p) in GATHERS.into_iter().zip([0.5, 0.25, 0.0625]) {
+    for (name, p) in GATHERS.into_iter().zip([0.5, 0.25, 0.0625, 0.25]) {
         let mut strategy = strategy(name, &[("radius", "0.4"), ("selection", &p.to_string())]);
         let mut sums = vec![0.0_f64; terms.len()];
         for run in 0..RUNS {
@@ -72,6 +72,21 @@ fn a_probability_of_one_takes_every_photon() {
         let all = bench.run(&mut *strategy(name, &[]), &view, &photons, 1500, true);
         let one = bench.run(&mut *strategy(name, &[("selection", "1"), ("subsampling", "1")]), &view, &photons, 1500, true);
         assert!(all == one, "{name}");
+    }
+}
+
+/// A pixel draws from the photons of its list: which those are must not depend on which threads were first.
+#[test]
+fn deterministic_draws_are_the_same_in_every_run() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(2500);
+    let view = View::new(views([160, 120])[1].1, floor_and_wall);
+    for name in GATHERS {
+        let mut strategy = strategy(name, &[("radius", "0.6"), ("selection", "0.25")]);
+        let first = bench.run(&mut *strategy, &view, &photons, 2500, true);
+        for _ in 0..3 {
+            assert!(first == bench.run(&mut *strategy, &view, &photons, 2500, true), "{name} differs from run to run");
+        }
     }
 }
 

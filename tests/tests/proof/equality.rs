@@ -1,4 +1,4 @@
-//! `tiled`, `hash-grid` and `sorted-grid` sum the same photons as `exact`, in another order: nothing but rounding may differ.
+//! `tiled`, `hash-grid`, `sorted-grid` and `view-grid` sum the same photons as `exact`, in another order: nothing but rounding may differ.
 //!
 //! A sum of n terms of one sign is rounded by at most n u S in any order, u = 2⁻²⁴ [Higham02] §4.2, so two orders differ by 2 n u S at most.
 //! Each term is computed by the same function in both, but compilers may contract or reorder its dozen operations: a few ulp
