@@ -94,8 +94,8 @@ impl Session {
         let camera = scene.camera(args.camera.as_deref())?;
         let pipelines = pipelines(args, strategies)?;
         cancel::listen();
-        // Strategies that blend can be asked for 32-bit targets.
-        let optional_features = Features::FLOAT32_BLENDABLE;
+        // Strategies that blend or add atomically can be asked for 32-bit floats.
+        let optional_features = Features::FLOAT32_BLENDABLE | Features::SHADER_FLOAT32_ATOMIC;
         let request = GpuRequest { max_limits: true, optional_features, ..GpuRequest::default() };
         let gpu = Gpu::new(&RayBackend::enable(requested, request))?;
         let rays = RayBackend::choose(requested, &gpu).map_err(|error| {

@@ -148,7 +148,8 @@ pub(crate) struct Reflected {
     pub(crate) info: ModuleInfo,
 }
 
-/// Parses and validates `flat` within `WebGPU`'s portable subset and ray queries, which WGSL asks for by `enable`.
+/// Parses and validates `flat` within `WebGPU`'s portable subset, ray queries, which WGSL asks for by `enable`, and atomic floats, which it
+/// asks for by their type.
 pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
     let source = flat.source();
     let module = naga::front::wgsl::parse_str(source).map_err(|error| {
@@ -163,7 +164,7 @@ pub(crate) fn parse(flat: &FlatWgsl) -> Result<Reflected, ShaderError> {
         ShaderError::Parse { place: flat.place(span), message: message.join(": ") }
     })?;
     let mut validator = wgpu_naga_bridge::create_validator(
-        wgpu::Features::EXPERIMENTAL_RAY_QUERY,
+        wgpu::Features::EXPERIMENTAL_RAY_QUERY | wgpu::Features::SHADER_FLOAT32_ATOMIC,
         wgpu::DownlevelFlags::all(),
         naga::valid::ValidationFlags::all(),
     );

@@ -148,7 +148,7 @@ fn sums_that_a_driver_cuts_short_are_warned_of() {
     let Some(mut bench) = Bench::new() else { return };
     let settings = Settings { size: [8, 8], photons: 180_000, layers: vec![Layer::Indirect], ..Settings::default() };
     let mut means = Vec::new();
-    for strategy in ["exact", "tiled", "hash-grid", "sorted-grid", "view-grid"] {
+    for strategy in ["exact", "tiled", "hash-grid", "sorted-grid", "view-grid", "splat-compute"] {
         let mut pipeline = Pipeline::new(by_name(strategy).expect("it exists")).expect("its shaders are valid");
         pipeline.strategy_mut().set("radius", "3").expect("it has a radius");
         let rendered = pipeline

@@ -9,7 +9,9 @@ use lightloom_graph::{Executor, Gpu, wgpu};
 use lightloom_passes::{Photon, decode_flux, decode_octahedral};
 use lightloom_strategies::{Strategy, by_name};
 
-const NAMES: [&str; 2] = ["splat-3d", "splat-2.5d"];
+const NAMES: [&str; 3] = ["splat-3d", "splat-2.5d", "splat-compute"];
+/// Those that have targets of half the image's size.
+const DRAWN: [&str; 2] = ["splat-3d", "splat-2.5d"];
 /// Metres as halves: lengths of rays.
 const HALF_METRE: u32 = 0x3800;
 const TWO_METRES: u32 = 0x4000;
@@ -24,12 +26,17 @@ fn bench() -> Option<Bench> {
 /// Kernels of one radius `r` before stretch and ray length, which is full at 4 m.
 fn splats(name: &str, r: &str, more: &[(&str, &str)]) -> Box<dyn Strategy> {
     let mut strategy = by_name(name).expect("the strategy exists");
-    let fixed =
-        [("shape", "ellipsoid"), ("precision", "float"), ("disc_min", r), ("disc_max", r), ("n_tile", "1"), ("l_max", "4")];
+    let exact = if name == "splat-compute" { ("sums", "fixed") } else { ("precision", "float") };
+    let fixed = [("shape", "ellipsoid"), exact, ("disc_min", r), ("disc_max", r), ("n_tile", "1"), ("l_max", "4")];
     for (key, value) in fixed.iter().chain(more) {
         strategy.set(key, value).expect("the parameter exists");
     }
     strategy
+}
+
+/// The setting for targets of that size; the image's needs none.
+fn at(resolution: &str) -> &'static [(&'static str, &'static str)] {
+    if resolution == "half" { &[("resolution", "half")] } else { &[] }
 }
 
 /// The floor y = 0, endless.
@@ -174,8 +181,9 @@ fn a_uniform_plane_is_uniform_and_half_as_bright_on_its_boundary() {
     let photons: Vec<_> = (-60..0).flat_map(|i| (-60..60).map(move |k| falling(lattice(i), lattice(k)))).collect();
     let view = view(Vec3::new(0.0, 2.0, 0.001), Vec3::ZERO, [60, 40], floor);
     let uniform = 1.0 / f64::from(step * step);
-    for (name, resolution) in [("splat-3d", "full"), ("splat-2.5d", "full"), ("splat-3d", "half")] {
-        let images = bench.run_irradiance(&mut *splats(name, "0.4", &[("resolution", resolution)]), &view, &photons);
+    let full = NAMES.map(|name| (name, "full"));
+    for (name, resolution) in full.into_iter().chain([("splat-3d", "half")]) {
+        let images = bench.run_irradiance(&mut *splats(name, "0.4", at(resolution)), &view, &photons);
         let (mut inside, mut pixels) = (0.0, 0);
         let mut boundary = 0;
         for (index, &[red, ..]) in images.irradiance.iter().enumerate() {
@@ -229,17 +237,17 @@ fn the_floor_holds_the_flux_of_the_photons() {
         .collect();
     let view = view(Vec3::new(0.3, 3.0, 2.0), Vec3::ZERO, [120, 80], floor);
     for name in NAMES {
-        for resolution in ["full", "half"] {
+        for resolution in if DRAWN.contains(&name) { &["full", "half"][..] } else { &["full"] } {
             // A pixel is some 0.03 m wide. Kernels of t = 0.125 r or r: written, drawn as well, drawn alone.
             for r in ["0.004", "0.06", "0.3"] {
-                let images = bench.run_irradiance(&mut *splats(name, r, &[("resolution", resolution)]), &view, &photons);
+                let images = bench.run_irradiance(&mut *splats(name, r, at(resolution)), &view, &photons);
                 let flux: f64 =
                     (0..view.position.len()).map(|i| f64::from(images.irradiance[i][0]) * floor_area(&view, i)).sum::<f64>()
                         / 2000.0;
                 // Kernels of about a texel hold no sample or several: an error near one each at random, 1 / √2000 = 2 % for all, 4 % for two
                 // standard deviations. A coarse texel is tested at its farthest point, up to a pixel beyond, where pixels show more: areas
                 // go as the cube of the distance, 3 · 0.03 m / 3 m = 3 %.
-                let slack = if r == "0.3" && resolution == "full" { 0.01 } else { 0.04 };
+                let slack = if r == "0.3" && *resolution == "full" { 0.01 } else { 0.04 };
                 assert!((flux - 1.0).abs() < slack, "{name}, {resolution}, r = {r}: {flux} of the flux");
             }
         }
@@ -277,11 +285,10 @@ fn light_stays_on_its_surface_at_half_resolution() {
         }
         (sum / count as f32, dark as f32 / count as f32)
     };
-    for name in NAMES {
+    for name in DRAWN {
         for (photons, lit, other) in [(&on_shelf, 1.0, 0.0), (&on_floor, 0.0, 1.0)] {
-            let run = |bench: &mut Bench, resolution| {
-                bench.run_irradiance(&mut *splats(name, "0.3", &[("resolution", resolution)]), &view, photons)
-            };
+            let run =
+                |bench: &mut Bench, resolution| bench.run_irradiance(&mut *splats(name, "0.3", at(resolution)), &view, photons);
             let (full, half) = (run(&mut bench, "full"), run(&mut bench, "half"));
             assert_eq!(mean(&half, other), (0.0, 1.0), "{name}: light of y = {lit} bleeds onto y = {other}");
             let ((full, _), (half, dark)) = (mean(&full, lit), mean(&half, lit));

@@ -10,7 +10,7 @@ use lightloom_passes::{
     PhotonState, PhotonTracing, Photons, Ray, RayBackend, RayHit, Rsm, RsmSettings, TraceRays, Visibility, radiance_desc,
     shaders,
 };
-use lightloom_strategies::{Exact, FrameInputs, HashGrid, SortedGrid, Strategy, Tiled, ViewGrid};
+use lightloom_strategies::{Exact, FrameInputs, HashGrid, SortedGrid, SplatCompute, Strategy, Tiled, ViewGrid};
 
 /// A device with the passes ready to be declared.
 #[derive(Debug)]
@@ -90,17 +90,18 @@ pub struct Estimates {
     pub memory: Memory,
 }
 
-/// `exact`, `tiled`, `hash-grid`, `sorted-grid` and `view-grid` with the shaders of `sources` and these kernel radii (m).
+/// `exact`, `tiled`, `hash-grid`, `sorted-grid`, `view-grid` and `splat-compute` with the shaders of `sources` and these kernel radii (m).
 ///
 /// # Panics
 /// If a strategy refuses its shaders or radii.
 pub fn strategies(sources: &WgslSources, r_min: f32, r_max: f32) -> Vec<Box<dyn Strategy>> {
-    let all: [Box<dyn Strategy>; 5] = [
+    let all: [Box<dyn Strategy>; 6] = [
         Box::new(Exact::new(sources).expect("exact builds")),
         Box::new(Tiled::new(sources).expect("tiled builds")),
         Box::new(HashGrid::new(sources).expect("hash-grid builds")),
         Box::new(SortedGrid::new(sources).expect("sorted-grid builds")),
         Box::new(ViewGrid::new(sources).expect("view-grid builds")),
+        Box::new(SplatCompute::new(sources).expect("splat-compute builds")),
     ];
     let with_radii = |mut strategy: Box<dyn Strategy>| {
         strategy.set("r_max", &r_max.to_string()).expect("r_max is a parameter");

@@ -46,16 +46,16 @@ const ADD: BlendComponent =
 
 shader_struct! {
     /// The struct `SplatParams` of `shared/splat_target.wgsl`.
-    struct SplatParams {
-        camera: CameraUniform,
-        kernel: SplatKernelUniform,
-        r_min: f32,
-        r_max: f32,
-        scale: f32,
-        texel: u32,
-        film_size: [f32; 2],
-        corners: u32,
-        pad0: u32,
+    pub(crate) struct SplatParams {
+        pub(crate) camera: CameraUniform,
+        pub(crate) kernel: SplatKernelUniform,
+        pub(crate) r_min: f32,
+        pub(crate) r_max: f32,
+        pub(crate) scale: f32,
+        pub(crate) texel: u32,
+        pub(crate) film_size: [f32; 2],
+        pub(crate) corners: u32,
+        pub(crate) pad0: u32,
     }
 }
 
@@ -326,7 +326,7 @@ impl SplatConfig {
 }
 
 /// One over the mean of what is summed, as far as the scene tells: a power of two, which rounds nothing.
-fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
+pub(crate) fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
     let irradiance = info.total_power.max_element() / (4.0 * PI * info.bounds_radius * info.bounds_radius);
     let mean = match shape {
         SplatShape::Sphere => irradiance / PI,

@@ -85,13 +85,7 @@ impl SplatConfig {
     /// Sets the parameter of that key; `false` if the key is another.
     pub(crate) fn set(&mut self, assignment: &Assignment<'_>) -> Result<bool, StrategyError> {
         match assignment.key {
-            "shape" => {
-                self.shape = match assignment.value {
-                    "sphere" => SplatShape::Sphere,
-                    "ellipsoid" => SplatShape::Ellipsoid,
-                    _ => return Err(assignment.refuse("`sphere` or `ellipsoid` is needed")),
-                }
-            }
+            "shape" => self.shape = SplatShape::parse(assignment)?,
             "precision" => {
                 self.precision = match assignment.value {
                     "half" => Some(SplatPrecision::Half),
@@ -126,6 +120,17 @@ impl SplatConfig {
         parameters.extend(self.radius.parameters());
         parameters.extend(self.kernel.parameters());
         parameters
+    }
+}
+
+impl SplatShape {
+    /// The shape that the value names.
+    pub(crate) fn parse(assignment: &Assignment<'_>) -> Result<Self, StrategyError> {
+        match assignment.value {
+            "sphere" => Ok(Self::Sphere),
+            "ellipsoid" => Ok(Self::Ellipsoid),
+            _ => Err(assignment.refuse("`sphere` or `ellipsoid` is needed")),
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! naga parses and validates every shader; structs and constants that Rust and WGSL both state are compared.
 
-use lightloom_graph::{Field, ShaderStruct};
+use lightloom_graph::{Field, ShaderStruct, WgslSources};
 use lightloom_passes::scene::{bvh, gpu_types};
 use lightloom_passes::{
     CameraUniform, CompactPhoton, DepositCull, LightInfo, LivePaths, PackedDifferential, Photon, PhotonFlags, PhotonGrid,
     PhotonPath, PhotonState, PhotonStore, Ray, RayHit,
 };
+use lightloom_strategies::SplatSums;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, TypeInner};
 use std::collections::BTreeSet;
@@ -17,14 +18,19 @@ fn module(path: &str) -> Module {
 
 /// As [`module`], with what each entry point uses, of the shaders for `store`.
 fn reflected(path: &str, store: PhotonStore) -> (Module, ModuleInfo) {
-    let flat = store.shaders().flatten(path).unwrap_or_else(|error| panic!("{error}"));
+    reflected_of(path, &store.shaders())
+}
+
+fn reflected_of(path: &str, sources: &WgslSources) -> (Module, ModuleInfo) {
+    let flat = sources.flatten(path).unwrap_or_else(|error| panic!("{error}"));
     let module =
         naga::front::wgsl::parse_str(flat.source()).unwrap_or_else(|e| panic!("{path}: {}", e.emit_to_string(flat.source())));
-    // No capability beyond WebGPU's, to which `pack2x16float` belongs, but for shaders that say so by their folder.
+    // No capability beyond WebGPU's, to which `pack2x16float` belongs, but for shaders that say so by their folder or by a type.
     let webgpu = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     let beyond = match path {
         _ if path.contains("/ray_query/") => Capabilities::RAY_QUERY,
         _ if path.contains("/ray_pipeline/") => Capabilities::RAY_TRACING_PIPELINE,
+        _ if flat.source().contains("atomic<f32>") => Capabilities::SHADER_FLOAT32_ATOMIC,
         _ => Capabilities::empty(),
     };
     let validated = Validator::new(ValidationFlags::all(), webgpu | beyond).validate(&module);
@@ -34,6 +40,8 @@ fn reflected(path: &str, store: PhotonStore) -> (Module, ModuleInfo) {
 
 #[test]
 fn naga_validates_every_shader() {
+    let floats = SplatSums::Float.shaders(&PhotonStore::Whole.shaders()).expect("both files are embedded");
+    let versions = [PhotonStore::Whole.shaders(), PhotonStore::Compact.shaders(), floats];
     let mut covered = BTreeSet::new();
     let mut entry_points = 0;
     for (path, text) in lightloom_shaders::FILES {
@@ -52,9 +60,11 @@ fn naga_validates_every_shader() {
             assert!(named, "{path}: entry point `{}` is named after its file", entry.name);
         }
         covered.insert(*path);
-        let flats = PhotonStore::ALL.map(|store| store.shaders().flatten(path).expect("it was flattened above"));
-        if flats[0] != flats[1] {
-            reflected(path, PhotonStore::Compact);
+        let flats = versions.each_ref().map(|sources| sources.flatten(path).expect("it was flattened above"));
+        for (sources, flat) in versions.iter().zip(&flats).skip(1) {
+            if *flat != flats[0] {
+                reflected_of(path, sources);
+            }
         }
         for (shared, _) in lightloom_shaders::FILES {
             if flats.iter().any(|flat| (1..=flat.source().lines().count()).any(|line| flat.locate(line as u32).0 == *shared)) {

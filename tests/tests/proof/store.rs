@@ -139,7 +139,7 @@ fn strategies_see_the_same_light_in_either_store() {
     let differ = differing(&compact, &exact, 5.0e-3);
     assert!(differ * 200 < exact.pixels.len(), "{differ} values of {} differ by half a percent", 3 * exact.pixels.len());
     // Whoever decodes a record gets the same position, so that lists and sums agree to rounding.
-    for name in ["tiled", "hash-grid", "sorted-grid", "view-grid"] {
+    for name in ["tiled", "hash-grid", "sorted-grid", "view-grid", "splat-compute"] {
         let found = indirect(&mut lab, &scene, name, PhotonStore::Compact);
         assert_eq!(
             differing(&found, &compact, 816.0 / 16_777_216.0),

@@ -1,0 +1,416 @@
+//! Photons splatted by compute shaders, without the rasteriser: for devices with few raster units.
+//!
+//! ```text
+//! for each photon P:                                          # a thread each
+//!     box = pixels that the kernel of P may reach
+//!     if box is small:  for each pixel (x, y) of it, with visible point X:  sum[x, y] += contribution of P at X
+//!     else:             blocks[P] = number of blocks of pixels in box
+//! offsets = prefix sum of blocks
+//! for each block of offsets:                                  # a workgroup each
+//!     P = photon whose blocks hold it                         # by bisection
+//!     for each pixel (x, y) of it:  sum[x, y] += contribution of P at X
+//! image = sum
+//! ```
+//!
+//! [MML13] listing 1, with loops in place of the rasteriser and atomic additions in place of blending ([SA19] section 24.6.1). Kernels and their
+//! bounds are those of `splat-2.5d`: `shape=sphere` sums what `exact` sums, `shape=ellipsoid` what the drawing strategies do. Biased for any
+//! radius above 0; consistent as radii shrink and photons grow, and with `ellipsoid` only for Lambertian surfaces.
+//!
+//! **Balance.** A splat of up to 64 pixels is a thread's; a wider one is cut into blocks of 16 × 16 pixels and more, at the most 16 × 16 of them. Nothing
+//! lists the blocks: a workgroup finds its splat by bisection in the prefix sum, so that there is no room to run out of, however many and
+//! however wide the splats.
+//!
+//! **Sums.** [`SplatSums::Fixed`]: whole numbers of 64 bits, in two words with the carry between them, which add up to the same in every order.
+//! The unit is `2⁻³⁴ m`, m the mean of what is summed: the lights' flux over the area of the scene's bounding sphere, over π for radiance, to the
+//! next power of two. n addends are rounded by `n 2⁻³⁵ m` in all, against `exact`, whose own sum of S is rounded by up to `n 2⁻²⁴ S`: the larger of the
+//! two wherever a pixel has more than a 2,000th of the mean. Sums beyond `2²⁹ m` are cut there, and counted in `pixels_overflowed`.
+//! [`SplatSums::Float`]: 32-bit floats, added in whatever order threads come.
+//!
+//! Bytes moved, for N photons of s = 32 or 20 bytes, X pixels, B blocks, and H pairs of a photon and a pixel it adds to, of T that are tested:
+//!
+//! | pass | reads | writes |
+//! |---|---|---|
+//! | clearing | | 52 X, or 24 X floats |
+//! | `splat_small_…`, `splat_blocks_…` | s N, s + 4 log₂ N a block, 16 T, 16 H | 4 N, and 24 H by atomics, or 12 H floats; twice that for caustics |
+//! | prefix sum | 8 N | 4 N |
+//! | `splat_sums_resolve` | 52 X, or 24 X | 32 X |
+//!
+//! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
+//! [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems chapter 24, 2019"
+
+use crate::parameter::Assignment;
+use crate::splat::{SplatParams, scale};
+use crate::splat_kernel::SplatKernel;
+use crate::{
+    DensityTiles, Estimate, FrameInputs, KernelRadius, Parameter, Requirements, SplatShape, Stats, Strategy, StrategyError,
+};
+use lightloom_graph::wgpu::Features;
+use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use lightloom_passes::scene::SceneInfo;
+use lightloom_passes::{Irradiance, Photons, PrefixSum, ReflectIrradiance, SceneShader, radiance_desc};
+use std::fmt;
+
+/// The sums' file, and its stand-in for floats.
+const FIXED_FILE: &str = "shared/splat_sums.wgsl";
+const FLOAT_FILE: &str = "shared/splat_sums_float.wgsl";
+
+shader_struct! {
+    /// Parameters of `splat_block_arguments`.
+    struct ArgumentParams {
+        capacity: u32,
+        pad0: u32,
+        pad1: u32,
+        pad2: u32,
+    }
+}
+
+shader_struct! {
+    /// Parameters of `splat_sums_resolve`.
+    struct ResolveParams {
+        size: [u32; 2],
+        unit: f32,
+        pad0: u32,
+    }
+}
+
+/// What pixels are summed in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SplatSums {
+    /// Fixed point of 64 bits: everywhere, and the same bits in every run.
+    Fixed,
+    /// 32-bit floats, on devices with `SHADER_FLOAT32_ATOMIC`: fewer additions, in racing order.
+    Float,
+}
+
+/// What a user can choose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplatComputeConfig {
+    /// The kernel.
+    pub shape: SplatShape,
+    /// What pixels are summed in. Automatic: fixed point, for a frame is declared before its device is known. Deterministic frames are
+    /// summed in fixed point in any case.
+    pub sums: Option<SplatSums>,
+    /// Radii of spheres.
+    pub radius: KernelRadius,
+    /// Sizes of ellipsoids.
+    pub kernel: SplatKernel,
+}
+
+/// The strategy `splat-compute`.
+#[derive(Debug)]
+pub struct SplatCompute {
+    /// Parameters; may change between frames.
+    pub config: SplatComputeConfig,
+    fixed: Shaders,
+    float: Shaders,
+    tiles: DensityTiles,
+    prefix_sum: PrefixSum,
+    arguments: ComputeShader,
+    reflect: ReflectIrradiance,
+}
+
+/// The shaders that know what sums are.
+#[derive(Debug)]
+struct Shaders {
+    spheres: ShapeShaders,
+    ellipsoids: ShapeShaders,
+    resolve: ComputeShader,
+}
+
+/// The shaders that know what a splat is.
+#[derive(Debug)]
+struct ShapeShaders {
+    small: SceneShader,
+    blocks: SceneShader,
+}
+
+/// The words of two sums of three components per pixel, by the names of their bindings.
+struct Sums(Vec<(&'static str, Handle<Buffer>)>);
+
+impl SplatSums {
+    /// `sources` with what stands for these sums.
+    ///
+    /// # Errors
+    /// If `sources` lack the file.
+    pub fn shaders(self, sources: &WgslSources) -> Result<WgslSources, ShaderError> {
+        match self {
+            Self::Fixed => Ok(sources.clone()),
+            Self::Float => sources.with_stand_in(FIXED_FILE, FLOAT_FILE),
+        }
+    }
+
+    /// Buffers of zeros for `pixels`, and words of each pixel.
+    fn add(self, graph: &mut Graph<'_>, pixels: u64) -> Sums {
+        let names: &[(&'static str, u64)] = match self {
+            Self::Fixed => &[("first_low", 4), ("first_high", 3), ("second_low", 3), ("second_high", 3)],
+            Self::Float => &[("first_sum", 3), ("second_sum", 3)],
+        };
+        let zeros = |&(name, words): &(&'static str, u64)| {
+            let mut buffer = graph.buffer(name, BufferDesc::words(words * pixels));
+            graph.clear_buffer(&mut buffer);
+            (name, buffer)
+        };
+        Sums(names.iter().map(zeros).collect())
+    }
+}
+
+impl Shaders {
+    fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        let shape = |shape: &str| {
+            let pass = |pass: &str| SceneShader::new(sources, &format!("strategies/splat_{pass}_{shape}.wgsl"));
+            Ok::<_, StrategyError>(ShapeShaders { small: pass("small")?, blocks: pass("blocks")? })
+        };
+        let resolve = ComputeShader::new(sources, "strategies/splat_sums_resolve.wgsl")?;
+        Ok(Self { spheres: shape("spheres")?, ellipsoids: shape("ellipsoids")?, resolve })
+    }
+}
+
+/// What the passes of one frame are declared from.
+struct Splatting<'a> {
+    frame: &'a FrameInputs<'a>,
+    photons: &'a Photons,
+    params: &'a SplatParams,
+    /// For ellipsoids.
+    tile_photons: Option<&'a Handle<Buffer>>,
+}
+
+impl SplatCompute {
+    /// Its name in the registry.
+    pub const NAME: &'static str = "splat-compute";
+
+    /// The strategy with default parameters, spheres; `sources` holds its shaders, see [`lightloom_passes::shaders`].
+    pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        let config = SplatComputeConfig {
+            shape: SplatShape::Sphere,
+            sums: None,
+            radius: KernelRadius::default(),
+            kernel: SplatKernel::default(),
+        };
+        Ok(Self {
+            config,
+            fixed: Shaders::new(&SplatSums::Fixed.shaders(sources)?)?,
+            float: Shaders::new(&SplatSums::Float.shaders(sources)?)?,
+            tiles: DensityTiles::new(sources)?,
+            prefix_sum: PrefixSum::new(sources)?,
+            arguments: ComputeShader::new(sources, "strategies/splat_block_arguments.wgsl")?,
+            reflect: ReflectIrradiance::new(sources)?,
+        })
+    }
+
+    fn sums(&self, deterministic: bool) -> SplatSums {
+        if deterministic { SplatSums::Fixed } else { self.config.sums.unwrap_or(SplatSums::Fixed) }
+    }
+
+    /// Adds all photons to `sums`. `stats` takes the number of blocks.
+    fn splat(
+        &self,
+        graph: &mut Graph<'_>,
+        shaders: &ShapeShaders,
+        splatting: &Splatting<'_>,
+        sums: &mut Sums,
+        stats: &mut Handle<Buffer>,
+    ) {
+        let Splatting { frame, photons, params, tile_photons } = *splatting;
+        let capacity = photons.capacity;
+        let mut counts = graph.buffer("splat_counts", BufferDesc::words(capacity.into()));
+        let shader = shaders.small.variant(frame.scene);
+        let mut pass = graph
+            .compute(&shader)
+            .params(params)
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface)
+            .write("splat_counts", &mut counts);
+        if let Some(tile_photons) = tile_photons {
+            pass = pass.read("tile_photons", tile_photons);
+        }
+        for (name, words) in &mut sums.0 {
+            pass = pass.write(name, words);
+        }
+        pass.heavy().dispatch_1d(capacity);
+
+        let mut offsets = graph.buffer("splat_offsets", BufferDesc::words(u64::from(capacity) + 1));
+        self.prefix_sum.add(graph, &counts, &mut offsets, capacity);
+        let mut arguments = graph.buffer("splat_block_arguments", BufferDesc::words(3));
+        graph
+            .compute(&self.arguments)
+            .params(&ArgumentParams { capacity, ..ArgumentParams::default() })
+            .read("splat_offsets", &offsets)
+            .write("arguments", &mut arguments)
+            .write("stats", stats)
+            .dispatch([1, 1, 1]);
+
+        let shader = shaders.blocks.variant(frame.scene);
+        let mut pass = graph
+            .compute(&shader)
+            .params(params)
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface)
+            .read("splat_offsets", &offsets);
+        if let Some(tile_photons) = tile_photons {
+            pass = pass.read("tile_photons", tile_photons);
+        }
+        for (name, words) in &mut sums.0 {
+            pass = pass.write(name, words);
+        }
+        pass.heavy().dispatch_indirect(&arguments, 0);
+    }
+
+    /// The two sums as images.
+    fn resolve(
+        &self,
+        graph: &mut Graph<'_>,
+        shader: &ComputeShader,
+        splatting: &Splatting<'_>,
+        sums: &Sums,
+        stats: &mut Handle<Buffer>,
+    ) -> [Handle<Texture>; 2] {
+        let Splatting { frame, params, .. } = *splatting;
+        let names = match self.config.shape {
+            SplatShape::Sphere => ["splat_indirect", "splat_caustic"],
+            SplatShape::Ellipsoid => ["splat_irradiance", "splat_direction"],
+        };
+        let [mut first, mut second] = names.map(|name| graph.texture(name, radiance_desc(frame.size)));
+        let mut pass = graph
+            .compute(shader)
+            .params(&ResolveParams { size: frame.size, unit: 1.0 / params.scale, pad0: 0 })
+            .write("first", &mut first)
+            .write("second", &mut second)
+            .write("stats", stats);
+        for (name, words) in &sums.0 {
+            pass = pass.read(name, words);
+        }
+        pass.dispatch_threads([frame.size[0], frame.size[1], 1]);
+        [first, second]
+    }
+}
+
+impl Strategy for SplatCompute {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn description(&self) -> &'static str {
+        "each photon added to the pixels around it by atomics, without the rasteriser [MML13], [SA19]; biased by its radius, consistent"
+    }
+
+    fn requirements(&self) -> Requirements {
+        let features = match self.config.sums {
+            Some(SplatSums::Float) => Features::SHADER_FLOAT32_ATOMIC,
+            Some(SplatSums::Fixed) | None => Features::empty(),
+        };
+        Requirements { features, ..Requirements::default() }
+    }
+
+    fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        match self.config.shape {
+            SplatShape::Sphere => self.config.radius.reach_m(info, emitted),
+            SplatShape::Ellipsoid => self.config.kernel.reach_m(info, emitted),
+        }
+    }
+
+    fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
+        let photons = frame.need_photons(Self::NAME)?;
+        let SplatComputeConfig { shape, radius, kernel, .. } = self.config;
+        let radii = radius.resolve(frame.info, photons.emitted)?;
+        let params = SplatParams {
+            camera: *frame.camera,
+            kernel: kernel.resolve(frame.info, photons.emitted, frame.camera)?,
+            r_min: radii.r_min_m,
+            r_max: radii.r_max_m,
+            scale: scale(frame.info, shape),
+            texel: 1,
+            film_size: frame.size.map(|pixels| pixels as f32),
+            ..SplatParams::default()
+        };
+        let sums = self.sums(frame.deterministic);
+        let shaders = match sums {
+            SplatSums::Fixed => &self.fixed,
+            SplatSums::Float => &self.float,
+        };
+        let mut stats = graph.buffer("splat_stats", BufferDesc::words(2));
+        graph.clear_buffer(&mut stats);
+        let mut sums = sums.add(graph, u64::from(frame.size[0]) * u64::from(frame.size[1]));
+        let tile_photons = match shape {
+            SplatShape::Sphere => None,
+            SplatShape::Ellipsoid => Some(self.tiles.add(graph, photons, frame.camera, &params.kernel)),
+        };
+        let splatting = Splatting { frame, photons, params: &params, tile_photons: tile_photons.as_ref() };
+        let of_shape = match shape {
+            SplatShape::Sphere => &shaders.spheres,
+            SplatShape::Ellipsoid => &shaders.ellipsoids,
+        };
+        self.splat(graph, of_shape, &splatting, &mut sums, &mut stats);
+        let [first, second] = self.resolve(graph, &shaders.resolve, &splatting, &sums, &mut stats);
+        let estimate = match shape {
+            SplatShape::Sphere => Estimate { caustic: Some(second), ..Estimate::new(first) },
+            SplatShape::Ellipsoid => {
+                let light = Irradiance { irradiance: first, direction: second };
+                let indirect = self.reflect.add(graph, "splat_indirect", frame.camera, frame.gbuffer, &light);
+                Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
+            }
+        };
+        Ok(Estimate { stats: Some(Stats { buffer: stats, names: &["pixel_blocks", "pixels_overflowed"] }), ..estimate })
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
+        let assignment = Assignment { strategy: Self::NAME, key, value };
+        match key {
+            "shape" => self.config.shape = SplatShape::parse(&assignment)?,
+            "sums" => {
+                self.config.sums = match value {
+                    "fixed" => Some(SplatSums::Fixed),
+                    "float" => Some(SplatSums::Float),
+                    "auto" => None,
+                    _ => return Err(assignment.refuse("`fixed`, `float` or `auto` is needed")),
+                }
+            }
+            _ if self.config.radius.set(&assignment)? || self.config.kernel.set(&assignment)? => {}
+            _ => return Err(assignment.unknown(&self.parameters())),
+        }
+        Ok(())
+    }
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let shape =
+            "kernel: `sphere` [MML13], sized by r_min and r_max, or `ellipsoid` [SA19], sized by the parameters marked so";
+        let sums = "what pixels are summed in: `fixed` point, the same in every order, or `float` where the device adds floats atomically; `auto` is `fixed`";
+        let mut parameters =
+            vec![Parameter::new("shape", Some(self.config.shape), shape), Parameter::new("sums", self.config.sums, sums)];
+        parameters.extend(self.config.radius.parameters());
+        parameters.extend(self.config.kernel.parameters());
+        parameters
+    }
+}
+
+impl fmt::Display for SplatSums {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fixed => "fixed",
+            Self::Float => "float",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_out_of_range_are_refused_and_floats_ask_for_their_feature() {
+        let mut strategy = SplatCompute::new(&lightloom_passes::shaders()).unwrap();
+        for (key, value) in [("shape", "cube"), ("sums", "double"), ("r_max", "0"), ("s_max", "0.5"), ("precision", "half")] {
+            let error = strategy.set(key, value).unwrap_err().to_string();
+            assert!(error.contains(key) && (error.contains(value) || error.contains("its parameters are")), "{error}");
+        }
+        assert_eq!(strategy.requirements().features, Features::empty());
+        strategy.set("sums", "float").unwrap();
+        assert_eq!(strategy.requirements().features, Features::SHADER_FLOAT32_ATOMIC);
+        assert_eq!((strategy.sums(false), strategy.sums(true)), (SplatSums::Float, SplatSums::Fixed));
+        strategy.set("sums", "auto").unwrap();
+        assert_eq!(strategy.sums(false), SplatSums::Fixed);
+    }
+}
