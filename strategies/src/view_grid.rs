@@ -388,9 +388,9 @@ fn chunk_capacity([width, height]: [u32; 2], buckets: u32) -> u32 {
     (points / CHUNK + points.min(buckets)).max(1)
 }
 
-/// A bucket for four to eight points: cells that hold fewer are far away.
+/// A bucket for 16 to 32 points: the workgroups of chunks that there might be cost more than cells that share a bucket.
 fn automatic_bits([width, height]: [u32; 2]) -> u32 {
-    (width * height / 8).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
+    (width * height / 32).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
 }
 
 /// Room for 32 chunks per photon, at least 2²² entries, at most what one binding holds.
