@@ -53,7 +53,7 @@ const TILE_EDGE: u32 = 8;
 /// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
 const MAX_ENTRIES: u32 = 1 << 25;
 /// Cells across the widest kernel: automatic, and at the most.
-const AUTO_CELLS: u32 = 2;
+const AUTO_CELLS: u32 = 1;
 const MAX_CELLS: u32 = 4;
 /// Bits of the number of buckets: enough that the rows of a neighbourhood lie apart, and few enough that the workgroups of all chunks
 /// there may be cost nothing.
@@ -110,7 +110,7 @@ pub struct ViewGridConfig {
     /// How much is gathered, and where.
     pub sampling: GatherSampling,
     /// Cells across the widest kernel, 1 to 4. More make smaller chunks, which test fewer photons in vain, but more of them, with fewer points to
-    /// share a photon. Automatic: 2.
+    /// share a photon. Automatic: 1.
     pub cells: Option<u32>,
     /// Entries of all chunks' lists together, 4 bytes each, at most 2²⁵. Too few lose light, which is reported.
     /// Automatic: 32 per photon, at least 2²².
@@ -388,9 +388,9 @@ fn chunk_capacity([width, height]: [u32; 2], buckets: u32) -> u32 {
     (points / CHUNK + points.min(buckets)).max(1)
 }
 
-/// A bucket for four to eight points: cells that hold fewer are far away.
+/// A bucket for 16 to 32 points: the workgroups of chunks that there might be cost more than cells that share a bucket.
 fn automatic_bits([width, height]: [u32; 2]) -> u32 {
-    (width * height / 8).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
+    (width * height / 32).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
 }
 
 /// Room for 32 chunks per photon, at least 2²² entries, at most what one binding holds.
