@@ -39,11 +39,10 @@ fn row_cell(grid: SortedGrid, x: f32) -> u32 {
     return u32(clamp(floor(x), 0.0, grid.last_x));
 }
 
-// Buckets (first, end) of the row (y, z) that may hold what lies within `reach` (m) of `position_world`; none where the row is out of reach.
-fn row_buckets(grid: SortedGrid, row: vec2i, position_world: vec3f, reach: f32) -> vec2u {
-    // From the position to the row, across x: nothing in the row is nearer.
-    let place = cell_place(grid, position_world).yz;
-    let apart = max(vec2f(row) - place, place - vec2f(row) - 1.0);
+// Range of buckets of the row (y, z) that hold what is within `reach` (m) of a box; empty where the row is out of reach.
+fn row_buckets(grid: SortedGrid, row: vec2i, lower_world: vec3f, upper_world: vec3f, reach: f32) -> vec2u {
+    // From the box to the row, across x: nothing in the row is nearer.
+    let apart = max(vec2f(row) - cell_place(grid, upper_world).yz, cell_place(grid, lower_world).yz - vec2f(row) - 1.0);
     let gap = max(apart - grid.rounding_cells, vec2f(0.0)) / grid.cells_per_m.yz;
     let half2 = reach * reach - dot(gap, gap);
     if half2 <= 0.0 {
@@ -51,8 +50,8 @@ fn row_buckets(grid: SortedGrid, row: vec2i, position_world: vec3f, reach: f32) 
     }
     let half = vec3f(sqrt(half2), 0.0, 0.0);
     let begin = row_begin(grid, row);
-    let first = begin + row_cell(grid, cell_place(grid, position_world - half).x);
-    let last = begin + row_cell(grid, cell_place(grid, position_world + half).x);
+    let first = begin + row_cell(grid, cell_place(grid, lower_world - half).x);
+    let last = begin + row_cell(grid, cell_place(grid, upper_world + half).x);
     return vec2u(first, last + 1u);
 }
 

@@ -39,23 +39,6 @@ fn add_candidate(sum: ptr<function, RadianceSum>, point: VisiblePoint, i: u32) {
     add_photon(sum, point, Photon(sphere.xyz, light.x, light.y, light.z, 0u, light.w), sphere.w);
 }
 
-// Range of the sorted photons that lie in the row (y, z) and in reach; empty where the row is out of reach.
-fn row_run(grid: SortedGrid, row: vec2i, position: vec3f, reach: f32) -> vec2u {
-    // From the point to the row, across x: no photon of the row is nearer.
-    let place = cell_place(grid, position).yz;
-    let apart = max(vec2f(row) - place, place - vec2f(row) - 1.0);
-    let gap = max(apart - grid.rounding_cells, vec2f(0.0)) / grid.cells_per_m.yz;
-    let half2 = reach * reach - dot(gap, gap);
-    if half2 <= 0.0 {
-        return vec2u(0u);
-    }
-    let half = vec3f(sqrt(half2), 0.0, 0.0);
-    let begin = row_begin(grid, row);
-    let first = begin + row_cell(grid, cell_place(grid, position - half).x);
-    let last = begin + row_cell(grid, cell_place(grid, position + half).x);
-    return vec2u(bucket_offsets[first], bucket_offsets[last + 1u]);
-}
-
 @compute @workgroup_size(8, 8)
 fn sorted_grid_gather(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= params.size) {
@@ -74,7 +57,8 @@ fn sorted_grid_gather(@builtin(global_invocation_id) id: vec3u) {
         expected_rows = span.x * span.y;
         for (var z = first.y; z <= last.y; z++) {
             for (var y = first.x; y <= last.x; y++) {
-                let run = row_run(params.grid, vec2i(y, z), point.position, params.reach);
+                let buckets = row_buckets(params.grid, vec2i(y, z), point.position, point.position, params.reach);
+                let run = vec2u(bucket_offsets[buckets.x], bucket_offsets[buckets.y]);
                 rows += 1u;
                 expected += run.y - run.x;
                 gather(&sum, &picker, point, run);

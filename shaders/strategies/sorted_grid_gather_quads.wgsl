@@ -127,22 +127,6 @@ fn least(v: vec4f) -> f32 {
     return min(min(v.x, v.y), min(v.z, v.w));
 }
 
-// Range of the sorted photons that lie in the row (y, z) and in reach of the box; empty where the row is out of reach.
-fn row_run(grid: SortedGrid, row: vec2i, lower: vec3f, upper: vec3f, reach: f32) -> vec2u {
-    // From the box to the row, across x: no photon of the row is nearer.
-    let apart = max(vec2f(row) - cell_place(grid, upper).yz, cell_place(grid, lower).yz - vec2f(row) - 1.0);
-    let gap = max(apart - grid.rounding_cells, vec2f(0.0)) / grid.cells_per_m.yz;
-    let half2 = reach * reach - dot(gap, gap);
-    if half2 <= 0.0 {
-        return vec2u(0u);
-    }
-    let half = vec3f(sqrt(half2), 0.0, 0.0);
-    let begin = row_begin(grid, row);
-    let first = begin + row_cell(grid, cell_place(grid, lower - half).x);
-    let last = begin + row_cell(grid, cell_place(grid, upper + half).x);
-    return vec2u(bucket_offsets[first], bucket_offsets[last + 1u]);
-}
-
 fn quad_point(thread: vec2u, x: u32, y: u32) -> VisiblePoint {
     let pixel = thread * 2u + vec2u(x, y);
     let texel = min(pixel, params.size - 1u);
@@ -203,7 +187,8 @@ fn sorted_grid_gather_quads(@builtin(global_invocation_id) id: vec3u) {
         expected_rows += span.x * span.y;
         for (var z = first.y; z <= last.y; z++) {
             for (var y = first.x; y <= last.x; y++) {
-                let run = row_run(params.grid, vec2i(y, z), lower, upper, params.reach);
+                let buckets = row_buckets(params.grid, vec2i(y, z), lower, upper, params.reach);
+                let run = vec2u(bucket_offsets[buckets.x], bucket_offsets[buckets.y]);
                 rows += 1u;
                 expected += run.y - run.x;
                 gather_quad(&sum, quad, run);

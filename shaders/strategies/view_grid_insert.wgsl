@@ -44,7 +44,7 @@ fn view_grid_insert(@builtin(global_invocation_id) id: vec3u, @builtin(num_workg
     var rows = 0u;
     for (var z = first.y; z <= last.y; z++) {
         for (var y = first.x; y <= last.x; y++) {
-            let buckets = row_buckets(params.grid, vec2i(y, z), photon.position, radius);
+            let buckets = row_buckets(params.grid, vec2i(y, z), photon.position, photon.position, radius);
             let end = chunk_offsets[buckets.y];
             rows += 1u;
             untested += end - chunk_offsets[buckets.x];

@@ -305,7 +305,7 @@ fn targets_of_16_bits_hold_the_same_light() {
     let photons = scattered(400);
     let view = view(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.0, -1.0), [60, 40], floor_and_wall);
     let mean = |images: &IrradianceImages| images.irradiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / 2400.0;
-    for name in NAMES {
+    for name in DRAWN {
         for resolution in ["full", "half"] {
             let wide = bench.run_irradiance(&mut *splats(name, "0.4", &[("resolution", resolution)]), &view, &photons);
             let mut strategy = splats(name, "0.4", &[("resolution", resolution), ("precision", "half")]);
