@@ -42,4 +42,15 @@ impl CameraUniform {
             pad0: 0,
         }
     }
+
+    /// Where the eye is (m).
+    pub fn position_world(&self) -> [f32; 3] {
+        let [x, y, z, _] = self.world_from_view[3];
+        [x, y, z]
+    }
+
+    /// Height of a pixel at a distance of 1 m (m).
+    pub fn pixel_angle(&self) -> f32 {
+        2.0 * self.tan_half[1] / self.size[1].max(1) as f32
+    }
 }

@@ -53,10 +53,11 @@ impl ReflectIrradiance {
         light: &Irradiance,
     ) -> Handle<Texture> {
         let mut radiance = graph.texture(name, radiance_desc(camera.size));
-        let [x, y, z, _] = camera.world_from_view[3];
+        let params =
+            ReflectParams { camera_position_world: camera.position_world(), size: camera.size, ..ReflectParams::default() };
         graph
             .compute(&self.shader)
-            .params(&ReflectParams { camera_position_world: [x, y, z], size: camera.size, ..ReflectParams::default() })
+            .params(&params)
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)
             .read("irradiance", &light.irradiance)

@@ -97,12 +97,11 @@ impl Upsample {
         radiance: &Handle<Texture>,
     ) -> Handle<Texture> {
         let mut all = graph.texture(name, radiance_desc(camera.size));
-        let [x, y, z, _] = camera.world_from_view[3];
         let params = UpsampleParams {
-            camera_position_world: [x, y, z],
+            camera_position_world: camera.position_world(),
             stride: points.stride,
             size: camera.size,
-            square_m: points.stride as f32 * 2.0 * camera.tan_half[1] / camera.size[1].max(1) as f32,
+            square_m: points.stride as f32 * camera.pixel_angle(),
             pad0: 0,
         };
         graph

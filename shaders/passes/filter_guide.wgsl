@@ -20,10 +20,9 @@ fn filter_guide(@builtin(global_invocation_id) pixel: vec3u) {
         return;
     }
     let words = textureLoad(surface, pixel.xy, 0);
-    let gatherable = (words.w & (SURFACE_VALID | SURFACE_SPECULAR)) == SURFACE_VALID;
     let view = params.camera.view_from_world * vec4f(textureLoad(position, pixel.xy, 0).xyz, 1.0);
     let z = -view.z;
-    if !gatherable || z <= 0.0 {
+    if !gathers(words) || z <= 0.0 {
         textureStore(guide, pixel.xy, vec4u(0u));
         return;
     }

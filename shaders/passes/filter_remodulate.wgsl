@@ -3,7 +3,7 @@
 #import "shared/gbuffer.wgsl"
 #import "shared/reflectance.wgsl"
 
-struct RemodulateParams {
+struct ModulateParams {
     camera_position_world: vec3f,
     pad0: u32,
     size: vec2u,
@@ -11,7 +11,7 @@ struct RemodulateParams {
     pad2: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: RemodulateParams;
+@group(0) @binding(0) var<uniform> params: ModulateParams;
 @group(0) @binding(1) var position: texture_2d<f32>;
 @group(0) @binding(2) var surface: texture_2d<u32>;
 @group(0) @binding(3) var radiance: texture_2d<f32>;

@@ -71,6 +71,11 @@ fn splat_bound(center_view: vec3f, half_axes: mat3x3f, radius: f32) -> SplatBoun
     return SplatBound(center, axes, sqrt(square), true);
 }
 
+// What a sphere of `radius` (m) covers.
+fn sphere_bound(center_view: vec3f, radius: f32) -> SplatBound {
+    return splat_bound(center_view, mat3x3f(radius, 0.0, 0.0, 0.0, radius, 0.0, 0.0, 0.0, radius), radius);
+}
+
 // Corner `index` of the polygon of `params.corners` around the ellipse, of all the one with the least area: the affine image of the regular
 // one.
 fn bound_corner(bound: SplatBound, index: u32) -> vec2f {

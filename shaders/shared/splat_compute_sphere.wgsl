@@ -23,8 +23,7 @@ fn photon_splat(index: u32) -> Splat {
 
 fn splat_rect(splat: Splat) -> PixelRect {
     // The kernel is 0 at its edge; the slack covers the rounding of the distance there.
-    let wide = splat.radius * 1.0001;
-    return bound_pixels(splat_bound(splat_view(splat.center), mat3x3f(wide, 0.0, 0.0, 0.0, wide, 0.0, 0.0, 0.0, wide), wide));
+    return bound_pixels(sphere_bound(splat_view(splat.center), splat.radius * 1.0001));
 }
 
 fn splat_pixel(splat: Splat, pixel: vec2u) {

@@ -9,20 +9,6 @@
 
 @group(0) @binding(3) var<storage, read> tile_photons: array<u32>;
 
-// What a pixel tests, and takes if it passes.
-struct SplatKernelTest {
-    // World (m).
-    center: vec3f,
-    // Rows of the transform from the world to the kernel, in which it is the unit cylinder about the third axis.
-    kernel_u: vec3f,
-    kernel_t: vec3f,
-    kernel_n: vec3f,
-    // Unit, to the light (world).
-    incident: vec3f,
-    // W·m⁻² times `params.scale`.
-    irradiance: vec3f,
-}
-
 // The kernel is a cylinder: of the ellipsoids about it this one is wider by little and higher by much, for the kernels are flat.
 // 1/w² + 1/h² = 1.
 const WIDER: f32 = 1.0690450;
@@ -55,8 +41,7 @@ fn ellipsoid_is_written(e: Ellipsoid, depth: f32) -> bool {
 }
 
 fn drawn_kernel(e: Ellipsoid) -> SplatKernelTest {
-    let irradiance = splat_irradiance(e) * params.scale;
-    return SplatKernelTest(e.center, e.u / e.radii.x, e.t / e.radii.y, e.n / e.radii.z, e.incident, irradiance);
+    return kernel_test(e, splat_irradiance(e) * params.scale);
 }
 
 fn written_kernel(e: Ellipsoid, position_view: vec3f) -> SplatKernelTest {
@@ -75,13 +60,6 @@ fn written_kernel(e: Ellipsoid, position_view: vec3f) -> SplatKernelTest {
 fn written_texel(position_view: vec3f) -> vec2f {
     let texel = f32(params.texel);
     return floor((camera_film(params.camera, position_view) + splat_shift()) / texel) * texel;
-}
-
-// Whether the kernel holds a position (world, m).
-fn kernel_holds(kernel: SplatKernelTest, position_world: vec3f) -> bool {
-    let apart = position_world - kernel.center;
-    let across = vec3f(dot(apart, kernel.kernel_u), dot(apart, kernel.kernel_t), dot(apart, kernel.kernel_n));
-    return dot(across.xy, across.xy) < 1.0 && abs(across.z) <= 1.0;
 }
 
 // Whether a surface of that geometric normal may take the kernel's light.

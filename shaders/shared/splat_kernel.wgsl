@@ -103,10 +103,28 @@ fn splat_irradiance(e: Ellipsoid) -> vec3f {
     return e.flux / splat_area(e);
 }
 
+// What a pixel tests, and takes if it passes.
+struct SplatKernelTest {
+    // World (m).
+    center: vec3f,
+    // Rows of the transform from the world to the kernel, in which it is the unit cylinder about the third axis.
+    kernel_u: vec3f,
+    kernel_t: vec3f,
+    kernel_n: vec3f,
+    // Unit, to the light (world).
+    incident: vec3f,
+    // W·m⁻², in whatever unit is summed.
+    irradiance: vec3f,
+}
+
+fn kernel_test(e: Ellipsoid, irradiance: vec3f) -> SplatKernelTest {
+    return SplatKernelTest(e.center, e.u / e.radii.x, e.t / e.radii.y, e.n / e.radii.z, e.incident, irradiance);
+}
+
 // Whether the kernel holds a position (world, m).
-fn splat_holds(e: Ellipsoid, position: vec3f) -> bool {
-    let apart = position - e.center;
-    let across = vec3f(dot(apart, e.u), dot(apart, e.t), dot(apart, e.n)) / e.radii;
+fn kernel_holds(kernel: SplatKernelTest, position_world: vec3f) -> bool {
+    let apart = position_world - kernel.center;
+    let across = vec3f(dot(apart, kernel.kernel_u), dot(apart, kernel.kernel_t), dot(apart, kernel.kernel_n));
     return dot(across.xy, across.xy) < 1.0 && abs(across.z) <= 1.0;
 }
 

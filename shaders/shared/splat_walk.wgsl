@@ -36,7 +36,7 @@ fn bound_pixels(bound: SplatBound) -> PixelRect {
 }
 
 // Blocks along either axis; none for a small splat.
-fn splat_blocks(rect: PixelRect) -> vec2u {
+fn block_grid(rect: PixelRect) -> vec2u {
     let size = rect.end - rect.first;
     if size.x * size.y <= SMALL_SPLAT {
         return vec2u(0u);
@@ -49,7 +49,7 @@ fn splat_blocks(rect: PixelRect) -> vec2u {
 fn walk_small_splat(index: u32) -> u32 {
     let splat = photon_splat(index);
     let rect = splat_rect(splat);
-    let blocks = splat_blocks(rect);
+    let blocks = block_grid(rect);
     if blocks.x * blocks.y == 0u {
         for (var y = rect.first.y; y < rect.end.y; y++) {
             for (var x = rect.first.x; x < rect.end.x; x++) {
@@ -64,7 +64,7 @@ fn walk_small_splat(index: u32) -> u32 {
 fn walk_block(index: u32, block: u32, thread: u32, threads: u32) {
     let splat = photon_splat(index);
     let rect = splat_rect(splat);
-    let blocks = splat_blocks(rect);
+    let blocks = block_grid(rect);
     let edge = (rect.end - rect.first + blocks - 1u) / blocks;
     let first = rect.first + vec2u(block % blocks.x, block / blocks.x) * edge;
     let size = min(first + edge, rect.end) - min(first, rect.end);

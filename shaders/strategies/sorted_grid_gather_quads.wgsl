@@ -3,32 +3,9 @@
 //     neighbours see nearly the same photons; a fetch costs more than a test, most of all where threads run in lockstep and
 //     each fetches from a place of its own
 #import "shared/estimate.wgsl"
-#import "shared/gather_sampling.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/sorted_grid.wgsl"
-
-struct Params {
-    grid: SortedGrid,
-    camera_position_world: vec3f,
-    // Largest kernel radius, and the rounding of a distance at its edge (m).
-    reach: f32,
-    size: vec2u,
-    pad0: u32,
-    pad1: u32,
-    // Of no use where every photon is taken.
-    sampling: GatherSampling,
-}
-
-@group(0) @binding(0) var<uniform> params: Params;
-@group(0) @binding(1) var position: texture_2d<f32>;
-@group(0) @binding(2) var surface: texture_2d<u32>;
-@group(0) @binding(3) var sorted_spheres: texture_2d<f32>;
-@group(0) @binding(4) var sorted_light: texture_2d<u32>;
-@group(0) @binding(5) var<storage, read> bucket_offsets: array<u32>;
-@group(0) @binding(6) var indirect: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(7) var caustic: texture_storage_2d<rgba32float, write>;
-// Word 4: pixels whose sum was cut.
-@group(0) @binding(8) var<storage, read_write> stats: array<atomic<u32>>;
+#import "shared/sorted_grid_gather.wgsl"
 
 // Of a pixel that takes no part: out of reach of everything.
 const NOWHERE: f32 = 1.0e18;

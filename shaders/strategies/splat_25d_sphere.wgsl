@@ -8,8 +8,7 @@ fn splat_25d_sphere_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance
     let photon = splat_photon(instance);
     // The kernel is 0 at its edge; the slack covers the rounding of the distance there.
     let radius = photon_radius(photon, params.r_min, params.r_max);
-    let wide = radius * 1.0001;
-    let bound = splat_bound(splat_view(photon.position), mat3x3f(wide, 0.0, 0.0, 0.0, wide, 0.0, 0.0, 0.0, wide), wide);
+    let bound = sphere_bound(splat_view(photon.position), radius * 1.0001);
     return sphere_varyings(bound_vertex(bound, vertex), photon, radius);
 }
 

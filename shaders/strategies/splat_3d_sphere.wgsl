@@ -16,7 +16,7 @@ fn splat_3d_sphere_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_
         let depth = -center.z;
         // A cheap test first: most spheres are larger.
         if depth > 2.0 * wide && wide < 2.0 * pixel_size(depth) {
-            let bound = splat_bound(center, mat3x3f(wide, 0.0, 0.0, 0.0, wide, 0.0, 0.0, 0.0, wide), wide);
+            let bound = sphere_bound(center, wide);
             if bound_is_small(bound) {
                 return sphere_varyings(bound_texels(bound, vertex), photon, radius);
             }

@@ -33,7 +33,7 @@ fn splat_downscale(@builtin(global_invocation_id) texel: vec3u) {
         }
         let point = textureLoad(position, pixel, 0);
         let code = textureLoad(surface, pixel, 0);
-        if (code.w & (SURFACE_VALID | SURFACE_SPECULAR)) != SURFACE_VALID {
+        if !gathers(code) {
             continue;
         }
         if point.w < near.w {

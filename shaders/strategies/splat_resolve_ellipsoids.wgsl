@@ -90,7 +90,7 @@ fn splat_resolve_ellipsoids(@builtin(global_invocation_id) id: vec3u) {
     }
     let code = textureLoad(surface, id.xy, 0);
     var sum: Sum;
-    if (code.w & (SURFACE_VALID | SURFACE_SPECULAR)) == SURFACE_VALID {
+    if gathers(code) {
         if params.texel == 1u {
             sum = sum_at(id.xy);
         } else {

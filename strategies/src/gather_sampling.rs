@@ -90,18 +90,23 @@ pub(crate) struct Gather {
 impl Gather {
     /// Parses the shaders; `path` is that of the gathering one, a point to a thread.
     pub(crate) fn new(sources: &WgslSources, path: &str) -> Result<Self, StrategyError> {
-        Ok(Self {
-            every_photon: SceneShader::new(sources, path)?,
-            some_photons: SceneShader::new(sources, path)?.with_constant("STOCHASTIC", 1.0)?,
-            edge: 1,
-            subsample: Subsample::new(sources)?,
-            upsample: Upsample::new(sources)?,
-        })
+        let shader = SceneShader::new(sources, path)?;
+        Self::with_shaders(sources, shader.clone(), shader, 1)
     }
 
     /// As [`Self::new`]; the shader in `quads` takes its place where every photon is gathered, with 2 × 2 points to a thread.
     pub(crate) fn with_quads(sources: &WgslSources, path: &str, quads: &str) -> Result<Self, StrategyError> {
-        Ok(Self { every_photon: SceneShader::new(sources, quads)?, edge: 2, ..Self::new(sources, path)? })
+        Self::with_shaders(sources, SceneShader::new(sources, quads)?, SceneShader::new(sources, path)?, 2)
+    }
+
+    fn with_shaders(sources: &WgslSources, every: SceneShader, some: SceneShader, edge: u32) -> Result<Self, StrategyError> {
+        Ok(Self {
+            every_photon: every,
+            some_photons: some.with_constant("STOCHASTIC", 1.0)?,
+            edge,
+            subsample: Subsample::new(sources)?,
+            upsample: Upsample::new(sources)?,
+        })
     }
 
     /// The gathering shader.

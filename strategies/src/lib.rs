@@ -62,7 +62,7 @@ pub use pipeline::{
 pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
 pub use sorted_grid::{SortedGrid, SortedGridConfig};
-pub use splat::{SplatConfig, SplatPrecision, SplatResolution, SplatShape};
+pub use splat::{SplatConfig, SplatKernels, SplatPrecision, SplatResolution, SplatShape};
 pub use splat_3d::Splat3d;
 pub use splat_25d::{Splat25d, Splat25dConfig};
 pub use splat_compute::{SplatCompute, SplatComputeConfig, SplatSums};

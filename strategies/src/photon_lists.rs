@@ -11,6 +11,7 @@
 //!
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
+use crate::parameter::Assignment;
 use crate::{Stats, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::{Photons, PrefixSum};
@@ -91,6 +92,85 @@ impl ScatterLists {
             .dispatch_1d(photons.capacity);
         PhotonLists { offsets, entries, lists: *lists, entry_capacity: photons.capacity }
     }
+}
+
+/// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
+const MAX_ENTRIES: u32 = 1 << 25;
+
+/// Makes the lists of photons that may lie in several each: they are inserted twice, the first time to count them. [MML13] listing 5.
+///
+/// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
+#[derive(Debug)]
+pub(crate) struct InsertLists {
+    prefix_sum: PrefixSum,
+}
+
+/// One of the two runs: both decide alike, for counting is inserting into lists that have no room.
+pub(crate) struct Insertion<'a> {
+    /// Of the pass.
+    pub(crate) name: &'static str,
+    /// Entries there is room for; 0 while counting.
+    pub(crate) entry_capacity: u32,
+    /// Where each list begins; zeros while counting.
+    pub(crate) offsets: &'a Handle<Buffer>,
+    /// A word per list, zero at first, and one more.
+    pub(crate) counts: &'a mut Handle<Buffer>,
+    /// The entries.
+    pub(crate) entries: &'a mut Handle<Buffer>,
+}
+
+/// What the second run leaves.
+pub(crate) struct Inserted {
+    pub(crate) lists: PhotonLists,
+    /// As in [`Insertion`].
+    pub(crate) counts: Handle<Buffer>,
+}
+
+impl InsertLists {
+    /// Parses the shaders.
+    pub(crate) fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        Ok(Self { prefix_sum: PrefixSum::new(sources)? })
+    }
+
+    /// Declares the passes, those of `insert` under `names`.
+    pub(crate) fn add(
+        &self,
+        graph: &mut Graph<'_>,
+        names: [&'static str; 2],
+        lists: u32,
+        entry_capacity: u32,
+        mut insert: impl FnMut(&mut Graph<'_>, Insertion<'_>),
+    ) -> Inserted {
+        let [count, fill] = names;
+        let words = BufferDesc::words(u64::from(lists) + 1);
+        let mut zeros = graph.buffer("list_zeros", words.clone());
+        let mut lengths = graph.buffer("list_lengths", words.clone());
+        let mut entries = graph.buffer("list_nowhere", BufferDesc::words(1));
+        graph.clear_buffer(&mut zeros);
+        graph.clear_buffer(&mut lengths);
+        let counting = Insertion { name: count, entry_capacity: 0, offsets: &zeros, counts: &mut lengths, entries: &mut entries };
+        insert(graph, counting);
+
+        let mut offsets = graph.buffer("list_offsets", words.clone());
+        self.prefix_sum.add(graph, &lengths, &mut offsets, lists);
+
+        let mut entries = graph.buffer("list_entries", BufferDesc::words(entry_capacity.into()));
+        let mut counts = graph.buffer("list_counts", words);
+        graph.clear_buffer(&mut counts);
+        insert(graph, Insertion { name: fill, entry_capacity, offsets: &offsets, counts: &mut counts, entries: &mut entries });
+        Inserted { lists: PhotonLists { offsets, entries, lists, entry_capacity }, counts }
+    }
+}
+
+/// Entries of all lists together that a user asks for.
+pub(crate) fn parse_entry_capacity(assignment: &Assignment<'_>) -> Result<Option<u32>, StrategyError> {
+    let fits = |count: &u32| (1..=MAX_ENTRIES).contains(count);
+    assignment.parse(fits, "a number from 1 to 33554432 (2²⁵), or `auto`, is needed")
+}
+
+/// Room for 32 lists per photon, at least 2²² entries, at most what one binding holds.
+pub(crate) fn automatic_entries(photons: u32) -> u32 {
+    photons.saturating_mul(32).clamp(1 << 22, MAX_ENTRIES)
 }
 
 /// Puts every list into ascending order, in place.

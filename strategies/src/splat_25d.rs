@@ -69,7 +69,7 @@ impl Strategy for Splat25d {
     }
 
     fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
-        self.config.splat.reach_m(info, emitted)
+        self.config.splat.kernels.reach_m(info, emitted)
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {

@@ -61,7 +61,7 @@ impl Strategy for Splat3d {
     }
 
     fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
-        self.config.reach_m(info, emitted)
+        self.config.kernels.reach_m(info, emitted)
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {

@@ -31,7 +31,7 @@
 //! | pass | reads | writes |
 //! |---|---|---|
 //! | clearing | | 52 X, or 24 X floats |
-//! | `splat_small_…`, `splat_blocks_…` | s N, s + 4 log₂ N a block, 16 T, 16 H | 4 N, and 24 H by atomics, or 12 H floats; twice that for caustics |
+//! | `splat_small`, `splat_blocks` | s N, s + 4 log₂ N a block, 16 T, 16 H | 4 N, and 24 H by atomics, or 12 H floats; twice that for caustics |
 //! | prefix sum | 8 N | 4 N |
 //! | `splat_sums_resolve` | 52 X, or 24 X | 32 X |
 //!
@@ -39,13 +39,14 @@
 //! [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems chapter 24, 2019"
 
 use crate::parameter::Assignment;
-use crate::splat::{SplatParams, scale};
-use crate::splat_kernel::SplatKernel;
+use crate::splat::SplatParams;
 use crate::{
-    DensityTiles, Estimate, FrameInputs, KernelRadius, Parameter, Requirements, SplatShape, Stats, Strategy, StrategyError,
+    DensityTiles, Estimate, FrameInputs, Parameter, Requirements, SplatKernels, SplatShape, Stats, Strategy, StrategyError,
 };
 use lightloom_graph::wgpu::Features;
-use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use lightloom_graph::{
+    Buffer, BufferDesc, ComputePass, ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct,
+};
 use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{Irradiance, Photons, PrefixSum, ReflectIrradiance, SceneShader, radiance_desc};
 use std::fmt;
@@ -85,15 +86,11 @@ pub enum SplatSums {
 /// What a user can choose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplatComputeConfig {
-    /// The kernel.
-    pub shape: SplatShape,
+    /// The kernels.
+    pub kernels: SplatKernels,
     /// What pixels are summed in. Automatic: fixed point, for a frame is declared before its device is known. Deterministic frames are
     /// summed in fixed point in any case.
     pub sums: Option<SplatSums>,
-    /// Radii of spheres.
-    pub radius: KernelRadius,
-    /// Sizes of ellipsoids.
-    pub kernel: SplatKernel,
 }
 
 /// The strategy `splat-compute`.
@@ -156,12 +153,12 @@ impl SplatSums {
 
 impl Shaders {
     fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
-        let shape = |shape: &str| {
-            let pass = |pass: &str| SceneShader::new(sources, &format!("strategies/splat_{pass}_{shape}.wgsl"));
+        let shape = |folder: &str| {
+            let pass = |pass: &str| SceneShader::new(sources, &format!("strategies/{folder}splat_{pass}.wgsl"));
             Ok::<_, StrategyError>(ShapeShaders { small: pass("small")?, blocks: pass("blocks")? })
         };
         let resolve = ComputeShader::new(sources, "strategies/splat_sums_resolve.wgsl")?;
-        Ok(Self { spheres: shape("spheres")?, ellipsoids: shape("ellipsoids")?, resolve })
+        Ok(Self { spheres: shape("")?, ellipsoids: shape("splat_ellipsoid/")?, resolve })
     }
 }
 
@@ -174,20 +171,35 @@ struct Splatting<'a> {
     tile_photons: Option<&'a Handle<Buffer>>,
 }
 
+impl Splatting<'_> {
+    /// A pass that adds photons to `sums`, with what both of them are given.
+    fn pass<'p, 'g>(&self, graph: &'p mut Graph<'g>, shader: &ComputeShader, sums: &mut Sums) -> ComputePass<'p, 'g> {
+        let Self { frame, photons, params, tile_photons } = *self;
+        let mut pass = graph
+            .compute(shader)
+            .params(params)
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface);
+        if let Some(tile_photons) = tile_photons {
+            pass = pass.read("tile_photons", tile_photons);
+        }
+        for (name, words) in &mut sums.0 {
+            pass = pass.write(name, words);
+        }
+        pass
+    }
+}
+
 impl SplatCompute {
     /// Its name in the registry.
     pub const NAME: &'static str = "splat-compute";
 
     /// The strategy with default parameters, spheres; `sources` holds its shaders, see [`lightloom_passes::shaders`].
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
-        let config = SplatComputeConfig {
-            shape: SplatShape::Sphere,
-            sums: None,
-            radius: KernelRadius::default(),
-            kernel: SplatKernel::default(),
-        };
         Ok(Self {
-            config,
+            config: SplatComputeConfig { kernels: SplatKernels::new(SplatShape::Sphere), sums: None },
             fixed: Shaders::new(&SplatSums::Fixed.shaders(sources)?)?,
             float: Shaders::new(&SplatSums::Float.shaders(sources)?)?,
             tiles: DensityTiles::new(sources)?,
@@ -210,25 +222,11 @@ impl SplatCompute {
         sums: &mut Sums,
         stats: &mut Handle<Buffer>,
     ) {
-        let Splatting { frame, photons, params, tile_photons } = *splatting;
+        let Splatting { frame, photons, .. } = *splatting;
         let capacity = photons.capacity;
         let mut counts = graph.buffer("splat_counts", BufferDesc::words(capacity.into()));
         let shader = shaders.small.variant(frame.scene);
-        let mut pass = graph
-            .compute(&shader)
-            .params(params)
-            .read("photons", &photons.records)
-            .read("photon_state", &photons.state)
-            .read("position", &frame.gbuffer.position)
-            .read("surface", &frame.gbuffer.surface)
-            .write("splat_counts", &mut counts);
-        if let Some(tile_photons) = tile_photons {
-            pass = pass.read("tile_photons", tile_photons);
-        }
-        for (name, words) in &mut sums.0 {
-            pass = pass.write(name, words);
-        }
-        pass.heavy().dispatch_1d(capacity);
+        splatting.pass(graph, &shader, sums).write("splat_counts", &mut counts).heavy().dispatch_1d(capacity);
 
         let mut offsets = graph.buffer("splat_offsets", BufferDesc::words(u64::from(capacity) + 1));
         self.prefix_sum.add(graph, &counts, &mut offsets, capacity);
@@ -242,21 +240,7 @@ impl SplatCompute {
             .dispatch([1, 1, 1]);
 
         let shader = shaders.blocks.variant(frame.scene);
-        let mut pass = graph
-            .compute(&shader)
-            .params(params)
-            .read("photons", &photons.records)
-            .read("photon_state", &photons.state)
-            .read("position", &frame.gbuffer.position)
-            .read("surface", &frame.gbuffer.surface)
-            .read("splat_offsets", &offsets);
-        if let Some(tile_photons) = tile_photons {
-            pass = pass.read("tile_photons", tile_photons);
-        }
-        for (name, words) in &mut sums.0 {
-            pass = pass.write(name, words);
-        }
-        pass.heavy().dispatch_indirect(&arguments, 0);
+        splatting.pass(graph, &shader, sums).read("splat_offsets", &offsets).heavy().dispatch_indirect(&arguments, 0);
     }
 
     /// The two sums as images.
@@ -269,7 +253,7 @@ impl SplatCompute {
         stats: &mut Handle<Buffer>,
     ) -> [Handle<Texture>; 2] {
         let Splatting { frame, params, .. } = *splatting;
-        let names = match self.config.shape {
+        let names = match self.config.kernels.shape {
             SplatShape::Sphere => ["splat_indirect", "splat_caustic"],
             SplatShape::Ellipsoid => ["splat_irradiance", "splat_direction"],
         };
@@ -306,26 +290,13 @@ impl Strategy for SplatCompute {
     }
 
     fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
-        match self.config.shape {
-            SplatShape::Sphere => self.config.radius.reach_m(info, emitted),
-            SplatShape::Ellipsoid => self.config.kernel.reach_m(info, emitted),
-        }
+        self.config.kernels.reach_m(info, emitted)
     }
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
-        let SplatComputeConfig { shape, radius, kernel, .. } = self.config;
-        let radii = radius.resolve(frame.info, photons.emitted)?;
-        let params = SplatParams {
-            camera: *frame.camera,
-            kernel: kernel.resolve(frame.info, photons.emitted, frame.camera)?,
-            r_min: radii.r_min_m,
-            r_max: radii.r_max_m,
-            scale: scale(frame.info, shape),
-            texel: 1,
-            film_size: frame.size.map(|pixels| pixels as f32),
-            ..SplatParams::default()
-        };
+        let params = self.config.kernels.params(frame, photons)?;
+        let shape = self.config.kernels.shape;
         let sums = self.sums(frame.deterministic);
         let shaders = match sums {
             SplatSums::Fixed => &self.fixed,
@@ -359,7 +330,6 @@ impl Strategy for SplatCompute {
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
         let assignment = Assignment { strategy: Self::NAME, key, value };
         match key {
-            "shape" => self.config.shape = SplatShape::parse(&assignment)?,
             "sums" => {
                 self.config.sums = match value {
                     "fixed" => Some(SplatSums::Fixed),
@@ -368,20 +338,16 @@ impl Strategy for SplatCompute {
                     _ => return Err(assignment.refuse("`fixed`, `float` or `auto` is needed")),
                 }
             }
-            _ if self.config.radius.set(&assignment)? || self.config.kernel.set(&assignment)? => {}
+            _ if self.config.kernels.set(&assignment)? => {}
             _ => return Err(assignment.unknown(&self.parameters())),
         }
         Ok(())
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        let shape =
-            "kernel: `sphere` [MML13], sized by r_min and r_max, or `ellipsoid` [SA19], sized by the parameters marked so";
         let sums = "what pixels are summed in: `fixed` point, the same in every order, or `float` where the device adds floats atomically; `auto` is `fixed`";
-        let mut parameters =
-            vec![Parameter::new("shape", Some(self.config.shape), shape), Parameter::new("sums", self.config.sums, sums)];
-        parameters.extend(self.config.radius.parameters());
-        parameters.extend(self.config.kernel.parameters());
+        let mut parameters = self.config.kernels.parameters();
+        parameters.push(Parameter::new("sums", self.config.sums, sums));
         parameters
     }
 }

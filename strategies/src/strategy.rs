@@ -77,8 +77,7 @@ pub struct FrameInputs<'a> {
 impl<'a> FrameInputs<'a> {
     /// The eye's position (m).
     pub fn camera_position_world(&self) -> [f32; 3] {
-        let [x, y, z, _] = self.camera.world_from_view[3];
-        [x, y, z]
+        self.camera.position_world()
     }
 
     /// The photons, or the error that names `strategy`.

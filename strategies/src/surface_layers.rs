@@ -43,10 +43,10 @@ impl SurfaceLayers {
             normal: graph.texture("normal", radiance_desc(camera.size)),
             depth: graph.texture("depth", radiance_desc(camera.size)),
         };
-        let [x, y, z, _] = camera.world_from_view[3];
+        let params = LayerParams { camera_position_world: camera.position_world(), size: camera.size, ..LayerParams::default() };
         graph
             .compute(&self.shader)
-            .params(&LayerParams { camera_position_world: [x, y, z], size: camera.size, ..LayerParams::default() })
+            .params(&params)
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)
             .write("albedo", &mut images.albedo)

@@ -19,15 +19,12 @@
 
 use crate::gather_sampling::{Gather, GatherPoints, SamplingParams};
 use crate::parameter::Assignment;
-use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::photon_lists::{InsertLists, Insertion, ListStats, PhotonLists, SortLists, automatic_entries, parse_entry_capacity};
 use crate::point_bounds::PointBounds;
 use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{CameraUniform, Photons, PrefixSum};
-
-/// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
-const MAX_ENTRIES: u32 = 1 << 25;
+use lightloom_passes::{CameraUniform, Photons};
 
 shader_struct! {
     /// Parameters of `tiled_bounds`.
@@ -89,7 +86,7 @@ pub struct Tiled {
     pub config: TiledConfig,
     bounds: ComputeShader,
     insert: ComputeShader,
-    prefix_sum: PrefixSum,
+    lists: InsertLists,
     sort: SortLists,
     stats: ListStats,
     gather: Gather,
@@ -105,7 +102,7 @@ impl Tiled {
             config: TiledConfig::default(),
             bounds: ComputeShader::new(sources, "strategies/tiled_bounds.wgsl")?,
             insert: ComputeShader::new(sources, "strategies/tiled_insert.wgsl")?,
-            prefix_sum: PrefixSum::new(sources)?,
+            lists: InsertLists::new(sources)?,
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             gather: Gather::new(sources, "strategies/tiled_gather.wgsl")?,
@@ -142,22 +139,6 @@ impl Tiled {
         bounds
     }
 
-    /// Both loops over photons of listing 5; `offsets` of zero and a capacity of zero make it the counting pass.
-    fn insert(&self, graph: &mut Graph<'_>, name: &str, photons: &Photons, params: &InsertParams, io: InsertBuffers<'_>) {
-        let InsertBuffers { bounds, offsets, counts, entries } = io;
-        graph
-            .compute(&self.insert)
-            .name(name)
-            .params(params)
-            .read("photons", &photons.records)
-            .read("photon_state", &photons.state)
-            .read("tile_bounds", bounds)
-            .read("tile_offsets", offsets)
-            .write("tile_counts", counts)
-            .write("tile_entries", entries)
-            .dispatch_1d(photons.capacity);
-    }
-
     fn lists(
         &self,
         graph: &mut Graph<'_>,
@@ -168,48 +149,33 @@ impl Tiled {
     ) -> PhotonLists {
         let tiles = points.size().map(|pixels| pixels.div_ceil(self.tile_size()));
         let lists = tiles[0] * tiles[1];
-        let words = BufferDesc::words(u64::from(lists) + 1);
         let bounds = self.tile_bounds(graph, frame, points, tiles);
-        let counting = InsertParams {
-            camera: *frame.camera,
-            tiles,
-            tile_size: self.tile_size() * points.stride(),
-            entry_capacity: 0,
-            r_min: radii.r_min_m,
-            r_max: radii.r_max_m,
-            ..InsertParams::default()
-        };
-
-        // Counting pass: the offsets are all zero and the list has room for nothing.
-        let mut zeros = graph.buffer("tile_zeros", words.clone());
-        let mut counts = graph.buffer("tile_counts", words.clone());
-        let mut nowhere = graph.buffer("tile_nowhere", BufferDesc::words(1));
-        graph.clear_buffer(&mut zeros);
-        graph.clear_buffer(&mut counts);
-        let io = InsertBuffers { bounds: &bounds, offsets: &zeros, counts: &mut counts, entries: &mut nowhere };
-        self.insert(graph, "tiled_count", photons, &counting, io);
-
-        // Allocation pass.
-        let mut offsets = graph.buffer("tile_offsets", words.clone());
-        self.prefix_sum.add(graph, &counts, &mut offsets, lists);
-
-        // Copy pass.
         let entry_capacity = self.config.entry_capacity.unwrap_or_else(|| automatic_entries(photons.capacity));
-        let mut entries = graph.buffer("tile_entries", BufferDesc::words(entry_capacity.into()));
-        let mut filled = graph.buffer("tile_filled", words);
-        graph.clear_buffer(&mut filled);
-        let io = InsertBuffers { bounds: &bounds, offsets: &offsets, counts: &mut filled, entries: &mut entries };
-        self.insert(graph, "tiled_insert", photons, &InsertParams { entry_capacity, ..counting }, io);
-        PhotonLists { offsets, entries, lists, entry_capacity }
+        let inserted = self.lists.add(graph, ["tiled_count", "tiled_insert"], lists, entry_capacity, |graph, io| {
+            let Insertion { name, entry_capacity, offsets, counts, entries } = io;
+            let params = InsertParams {
+                camera: *frame.camera,
+                tiles,
+                tile_size: self.tile_size() * points.stride(),
+                entry_capacity,
+                r_min: radii.r_min_m,
+                r_max: radii.r_max_m,
+                ..InsertParams::default()
+            };
+            graph
+                .compute(&self.insert)
+                .name(name)
+                .params(&params)
+                .read("photons", &photons.records)
+                .read("photon_state", &photons.state)
+                .read("tile_bounds", &bounds)
+                .read("tile_offsets", offsets)
+                .write("tile_counts", counts)
+                .write("tile_entries", entries)
+                .dispatch_1d(photons.capacity);
+        });
+        inserted.lists
     }
-}
-
-/// Buffers of one run of `tiled_insert`.
-struct InsertBuffers<'a> {
-    bounds: &'a Handle<Buffer>,
-    offsets: &'a Handle<Buffer>,
-    counts: &'a mut Handle<Buffer>,
-    entries: &'a mut Handle<Buffer>,
 }
 
 impl Strategy for Tiled {
@@ -269,8 +235,7 @@ impl Strategy for Tiled {
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
         let assignment = Assignment { strategy: Self::NAME, key, value };
         if key == "entry_capacity" {
-            let fits = |count: &u32| (1..=MAX_ENTRIES).contains(count);
-            self.config.entry_capacity = assignment.parse(fits, "a number from 1 to 33554432 (2²⁵), or `auto`, is needed")?;
+            self.config.entry_capacity = parse_entry_capacity(&assignment)?;
             return Ok(());
         }
         let known = self.config.radius.set(&assignment)? || self.config.sampling.set(&assignment)?;
@@ -284,9 +249,4 @@ impl Strategy for Tiled {
         parameters.push(Parameter::new("entry_capacity", self.config.entry_capacity, doc));
         parameters
     }
-}
-
-/// Room for 32 tiles per photon, at least 2²² entries, at most what one binding holds.
-fn automatic_entries(photons: u32) -> u32 {
-    photons.saturating_mul(32).clamp(1 << 22, MAX_ENTRIES)
 }

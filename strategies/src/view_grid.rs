@@ -39,7 +39,9 @@
 
 use crate::gather_sampling::{Gather, GatherPoints, GatheredImages, SamplingParams};
 use crate::parameter::Assignment;
-use crate::photon_lists::{ListStats, PhotonLists, SortLists};
+use crate::photon_lists::{
+    InsertLists, Inserted, Insertion, ListStats, PhotonLists, SortLists, automatic_entries, parse_entry_capacity,
+};
 use crate::point_bounds::PointBounds;
 use crate::sorted_grid::{self, Grid};
 use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
@@ -50,8 +52,6 @@ use lightloom_passes::{Photons, PrefixSum};
 /// Points of a chunk at the most, and of a tile: the threads of a workgroup.
 const CHUNK: u32 = 64;
 const TILE_EDGE: u32 = 8;
-/// Entries of 4 bytes in WebGPU's largest binding, 128 MiB.
-const MAX_ENTRIES: u32 = 1 << 25;
 /// Cells across the widest kernel: automatic, and at the most.
 const AUTO_CELLS: u32 = 1;
 const MAX_CELLS: u32 = 4;
@@ -127,6 +127,7 @@ pub struct ViewGrid {
     bounds: ComputeShader,
     insert: ComputeShader,
     prefix_sum: PrefixSum,
+    lists: InsertLists,
     sort: SortLists,
     stats: ListStats,
     gather: Gather,
@@ -145,13 +146,6 @@ struct Chunks {
     capacity: u32,
 }
 
-/// What the insertion of photons leaves.
-struct Inserted {
-    lists: PhotonLists,
-    /// Lengths of the lists; the last word counts the photons whose insertion was cut.
-    counts: Handle<Buffer>,
-}
-
 impl ViewGrid {
     /// Its name in the registry.
     pub const NAME: &'static str = "view-grid";
@@ -165,6 +159,7 @@ impl ViewGrid {
             bounds: ComputeShader::new(sources, "strategies/view_grid_bounds.wgsl")?,
             insert: ComputeShader::new(sources, "strategies/view_grid_insert.wgsl")?,
             prefix_sum: PrefixSum::new(sources)?,
+            lists: InsertLists::new(sources)?,
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             gather: Gather::new(sources, "strategies/view_grid_gather.wgsl")?,
@@ -238,53 +233,25 @@ impl ViewGrid {
         Chunks { offsets: chunk_offsets, points: sorted, ranges, bounds, capacity }
     }
 
-    /// The loop over photons; `offsets` of zero and a capacity of zero make it the counting pass.
-    fn insert(&self, graph: &mut Graph<'_>, name: &str, photons: &Photons, params: &InsertParams, io: InsertBuffers<'_>) {
-        let InsertBuffers { chunks, offsets, counts, entries } = io;
-        graph
-            .compute(&self.insert)
-            .name(name)
-            .params(params)
-            .read("photons", &photons.records)
-            .read("photon_state", &photons.state)
-            .read("chunk_offsets", &chunks.offsets)
-            .read("chunk_bounds", &chunks.bounds)
-            .read("list_offsets", offsets)
-            .write("list_counts", counts)
-            .write("entries", entries)
-            .dispatch_1d(photons.capacity);
-    }
-
+    /// The loop over photons, twice. The word after the last list's count is that of the photons whose insertion was cut.
     fn lists(&self, graph: &mut Graph<'_>, photons: &Photons, chunks: &Chunks, params: &InsertParams) -> Inserted {
-        let lists = chunks.capacity;
-        let words = BufferDesc::words(u64::from(lists) + 1);
-        let mut zeros = graph.buffer("list_zeros", words.clone());
-        let mut lengths = graph.buffer("list_lengths", words.clone());
-        let mut nowhere = graph.buffer("entries_nowhere", BufferDesc::words(1));
-        graph.clear_buffer(&mut zeros);
-        graph.clear_buffer(&mut lengths);
-        let io = InsertBuffers { chunks, offsets: &zeros, counts: &mut lengths, entries: &mut nowhere };
-        self.insert(graph, "view_grid_lengths", photons, &InsertParams { entry_capacity: 0, ..*params }, io);
-
-        let mut offsets = graph.buffer("list_offsets", words.clone());
-        self.prefix_sum.add(graph, &lengths, &mut offsets, lists);
-
-        let entry_capacity = params.entry_capacity;
-        let mut entries = graph.buffer("list_entries", BufferDesc::words(entry_capacity.into()));
-        let mut counts = graph.buffer("list_counts", words);
-        graph.clear_buffer(&mut counts);
-        let io = InsertBuffers { chunks, offsets: &offsets, counts: &mut counts, entries: &mut entries };
-        self.insert(graph, "view_grid_insert", photons, params, io);
-        Inserted { lists: PhotonLists { offsets, entries, lists, entry_capacity }, counts }
+        let names = ["view_grid_lengths", "view_grid_insert"];
+        self.lists.add(graph, names, chunks.capacity, params.entry_capacity, |graph, io| {
+            let Insertion { name, entry_capacity, offsets, counts, entries } = io;
+            graph
+                .compute(&self.insert)
+                .name(name)
+                .params(&InsertParams { entry_capacity, ..*params })
+                .read("photons", &photons.records)
+                .read("photon_state", &photons.state)
+                .read("chunk_offsets", &chunks.offsets)
+                .read("chunk_bounds", &chunks.bounds)
+                .read("list_offsets", offsets)
+                .write("list_counts", counts)
+                .write("entries", entries)
+                .dispatch_1d(photons.capacity);
+        })
     }
-}
-
-/// Buffers of one run of `view_grid_insert`.
-struct InsertBuffers<'a> {
-    chunks: &'a Chunks,
-    offsets: &'a Handle<Buffer>,
-    counts: &'a mut Handle<Buffer>,
-    entries: &'a mut Handle<Buffer>,
 }
 
 impl Strategy for ViewGrid {
@@ -357,8 +324,7 @@ impl Strategy for ViewGrid {
                 self.config.cells = assignment.parse(fits, "a number from 1 to 4, or `auto`, is needed")?;
             }
             "entry_capacity" => {
-                let fits = |count: &u32| (1..=MAX_ENTRIES).contains(count);
-                self.config.entry_capacity = assignment.parse(fits, "a number from 1 to 33554432 (2²⁵), or `auto`, is needed")?;
+                self.config.entry_capacity = parse_entry_capacity(&assignment)?;
             }
             _ if self.config.radius.set(&assignment)? || self.config.sampling.set(&assignment)? => {}
             _ => return Err(assignment.unknown(&self.parameters())),
@@ -393,11 +359,6 @@ fn automatic_bits([width, height]: [u32; 2]) -> u32 {
     (width * height / 32).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
 }
 
-/// Room for 32 chunks per photon, at least 2²² entries, at most what one binding holds.
-fn automatic_entries(photons: u32) -> u32 {
-    photons.saturating_mul(32).clamp(1 << 22, MAX_ENTRIES)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -422,7 +383,7 @@ mod tests {
         }
         strategy.set("cells", "4").unwrap();
         strategy.set("entry_capacity", "33554432").unwrap();
-        assert_eq!((strategy.config.cells, strategy.config.entry_capacity), (Some(4), Some(MAX_ENTRIES)));
+        assert_eq!((strategy.config.cells, strategy.config.entry_capacity), (Some(4), Some(33_554_432)));
         strategy.set("cells", "auto").unwrap();
         assert_eq!(strategy.config.cells, None);
     }

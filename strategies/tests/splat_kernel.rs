@@ -29,6 +29,7 @@ struct Params { kernel: SplatKernel, depth: f32, photons_in_tile: u32, pad0: u32
 @group(0) @binding(2) var<storage, read_write> results: array<f32>;
 const STEPS: u32 = 200u;
 fn flux_through(e: Ellipsoid, height: f32) -> f32 {
+    let kernel = kernel_test(e, splat_irradiance(e));
     let edge = 2.5 * e.radii.x / f32(STEPS);
     var inside = 0u;
     for (var y = 0u; y < STEPS; y++) {
@@ -36,10 +37,10 @@ fn flux_through(e: Ellipsoid, height: f32) -> f32 {
             let at = (vec2f(vec2u(x, y)) + 0.5 - 0.5 * f32(STEPS)) * edge;
             // Axes of the plane that are not the ellipse's.
             let frame = tangent_frame(e.n);
-            inside += u32(splat_holds(e, e.center + frame * vec3f(at, height)));
+            inside += u32(kernel_holds(kernel, e.center + frame * vec3f(at, height)));
         }
     }
-    return f32(inside) * edge * edge * splat_irradiance(e).x / e.flux.x;
+    return f32(inside) * edge * edge * kernel.irradiance.x / e.flux.x;
 }
 // Three invocations per photon, one per plane: llvmpipe ends the loops of an invocation after 65,535 turns.
 @compute @workgroup_size(1)

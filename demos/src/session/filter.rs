@@ -38,15 +38,11 @@ impl Session {
         constants.collect::<Vec<_>>().join(", ")
     }
 
-    /// Whether each image is filtered with the ones before it.
-    pub(crate) fn remembers(&self) -> bool {
-        self.settings.filter.is_some()
-    }
-
     /// Seed of image `index` of a sequence that begins with `seed`: images that are filtered together need photons of their own, others
     /// have the same, so that what flickers is what moves.
     pub(crate) fn seed_of_image(&self, seed: u32, index: u32) -> u32 {
+        let filtered = self.settings.filter.is_some();
         let first = lightloom_strategies::Settings { seed, ..self.settings.clone() };
-        if self.remembers() { first.frame_seed(index.wrapping_mul(first.frames)) } else { seed }
+        if filtered { first.frame_seed(index.wrapping_mul(first.frames)) } else { seed }
     }
 }

@@ -1,6 +1,6 @@
 //! The edge-avoiding à-trous transform, its details clipped by variance.
 
-use super::{FilterFrame, Normals, pixel_angle};
+use super::{FilterFrame, Normals};
 use crate::radiance_desc;
 use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
@@ -69,7 +69,7 @@ impl Atrous {
                     Normals::Geometric => 2,
                     Normals::Shading => 3,
                 },
-                pixel_angle: pixel_angle(frame.camera),
+                pixel_angle: frame.camera.pixel_angle(),
                 sigma_z: settings.sigma_z,
                 sigma_n: settings.sigma_n,
                 clip: settings.clip,

@@ -154,8 +154,3 @@ impl Filter {
         self.atrous.add(graph, frame, accumulated, normals, least)
     }
 }
-
-/// Height of a pixel at a distance of 1 m (m).
-fn pixel_angle(camera: &CameraUniform) -> f32 {
-    2.0 * camera.tan_half[1] / camera.size[1].max(1) as f32
-}

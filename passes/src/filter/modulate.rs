@@ -4,17 +4,7 @@ use crate::{CameraUniform, GBuffer, radiance_desc};
 use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
 shader_struct! {
-    struct DemodulateParams {
-        camera_position_world: [f32; 3],
-        pad0: u32,
-        size: [u32; 2],
-        pad1: u32,
-        pad2: u32,
-    }
-}
-
-shader_struct! {
-    struct RemodulateParams {
+    struct ModulateParams {
         camera_position_world: [f32; 3],
         pad0: u32,
         size: [u32; 2],
@@ -55,10 +45,9 @@ impl Modulate {
         radiance: &Handle<Texture>,
     ) -> Handle<Texture> {
         let mut light = graph.texture("filter_light", radiance_desc(camera.size));
-        let params = DemodulateParams { camera_position_world: eye(camera), size: camera.size, ..DemodulateParams::default() };
         graph
             .compute(&self.divide)
-            .params(&params)
+            .params(&ModulateParams::new(camera))
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)
             .read("radiance", radiance)
@@ -77,10 +66,9 @@ impl Modulate {
         radiance: &Handle<Texture>,
     ) -> Handle<Texture> {
         let mut filtered = graph.texture("filtered", radiance_desc(camera.size));
-        let params = RemodulateParams { camera_position_world: eye(camera), size: camera.size, ..RemodulateParams::default() };
         graph
             .compute(&self.multiply)
-            .params(&params)
+            .params(&ModulateParams::new(camera))
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)
             .read("radiance", radiance)
@@ -91,7 +79,8 @@ impl Modulate {
     }
 }
 
-fn eye(camera: &CameraUniform) -> [f32; 3] {
-    let [x, y, z, _] = camera.world_from_view[3];
-    [x, y, z]
+impl ModulateParams {
+    fn new(camera: &CameraUniform) -> Self {
+        Self { camera_position_world: camera.position_world(), size: camera.size, ..Self::default() }
+    }
 }

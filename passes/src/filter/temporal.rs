@@ -1,6 +1,6 @@
 //! The mean over frames, along the motion of surfaces.
 
-use super::{FilterFrame, pixel_angle};
+use super::FilterFrame;
 use crate::radiance_desc;
 use lightloom_graph::wgpu::TextureFormat;
 use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, TextureDesc, WgslSources, shader_struct};
@@ -57,7 +57,7 @@ impl Temporal {
             size,
             jitter: frame.camera.jitter,
             previous_jitter: previous.jitter,
-            pixel_angle: pixel_angle(previous),
+            pixel_angle: previous.pixel_angle(),
             sigma_z: frame.settings.sigma_z,
             sigma_n: frame.settings.sigma_n,
             history: frame.settings.history,

@@ -147,9 +147,9 @@ impl Bench {
         }
         let mut photons = output.cast::<Photon>(records);
         photons.truncate(counts.stored as usize);
-        let [x, y, z, _] = camera.world_from_view[3];
+        let eye = Vec3::from(camera.position_world());
         let texels = output.cast::<[f32; 4]>(position).into_iter().zip(output.cast::<[u32; 4]>(surface));
-        let points = texels.map(|(position, surface)| Point::new(position, surface, Vec3::new(x, y, z))).collect();
+        let points = texels.map(|(position, surface)| Point::new(position, surface, eye)).collect();
         // A store with room for what lies in it: the passes run over its capacity.
         settings.capacity = counts.stored.max(1);
         let stored = u64::from(settings.capacity) * size_of::<Photon>() as u64;

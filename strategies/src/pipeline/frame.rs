@@ -5,7 +5,9 @@ use crate::surface_layers::SurfaceImages;
 use crate::{FrameInputs, Stats, StrategyError};
 use lightloom_graph::{Graph, Handle, Texture};
 use lightloom_passes::scene::{SceneHandles, SceneInfo};
-use lightloom_passes::{CameraUniform, DepositCull, DirectSettings, GBuffer, PathSettings, PhotonSettings, Photons, Rsm};
+use lightloom_passes::{
+    AmbientOcclusion, CameraUniform, DepositCull, DirectSettings, GBuffer, PathSettings, PhotonSettings, Photons, Rsm,
+};
 
 /// What a frame is declared from.
 #[derive(Clone, Copy, Debug)]
@@ -112,9 +114,14 @@ impl Pipeline {
             deterministic: settings.deterministic,
         };
         let mut estimate = self.strategy.declare(graph, &inputs)?;
-        let mut openness = settings
-            .ambient_occlusion
-            .map(|wanted| self.occlusion.add(graph, scene, camera, &gbuffer, wanted, seed, frame_index));
+        let mut openness = None;
+        if let Some(wanted) = settings.ambient_occlusion {
+            let occlusion = match &mut self.occlusion {
+                Some(occlusion) => occlusion,
+                none => none.insert(AmbientOcclusion::new(&self.sources)?),
+            };
+            openness = Some(occlusion.add(graph, scene, camera, &gbuffer, wanted, seed, frame_index));
+        }
         let seen = (&gbuffer, visibility.as_ref());
         self.filtering.add(graph, &self.sources, frame, seen, &mut estimate, &mut openness)?;
         let direct = estimate.direct.unwrap_or_else(|| {

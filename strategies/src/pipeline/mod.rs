@@ -53,13 +53,13 @@ pub struct Pipeline {
     direct: DirectLight,
     photons: PhotonTracing,
     specular: SpecularPixels,
-    occlusion: AmbientOcclusion,
     filtering: Filtering,
     compose: Compose,
     accumulate: Accumulate,
     surface: SurfaceLayers,
-    /// Parsed when first asked for.
+    /// Parsed when first asked for, as the next.
     rsm: Option<Rsm>,
+    occlusion: Option<AmbientOcclusion>,
     sources: WgslSources,
 }
 
@@ -85,12 +85,12 @@ impl Pipeline {
             direct: DirectLight::new(sources)?,
             photons: PhotonTracing::new(sources)?,
             specular: SpecularPixels::new(sources)?,
-            occlusion: AmbientOcclusion::new(sources)?,
             filtering: Filtering::default(),
             compose: Compose::new(sources)?,
             accumulate: Accumulate::new(sources)?,
             surface: SurfaceLayers::new(sources)?,
             rsm: None,
+            occlusion: None,
             sources: sources.clone(),
         })
     }

@@ -28,7 +28,7 @@
 
 mod options;
 
-pub use options::{SplatConfig, SplatPrecision, SplatResolution, SplatShape};
+pub use options::{SplatConfig, SplatKernels, SplatPrecision, SplatResolution, SplatShape};
 
 use crate::splat_kernel::SplatKernelUniform;
 use crate::{DensityTiles, Estimate, FrameInputs, Requirements, Stats, StrategyError};
@@ -175,23 +175,13 @@ impl Splat {
         let photons = frame.need_photons(name)?;
         let texel = config.texel()?;
         let target = frame.size.map(|pixels| pixels.div_ceil(texel));
-        let radii = config.radius.resolve(frame.info, photons.emitted)?;
-        let params = SplatParams {
-            camera: *frame.camera,
-            kernel: config.kernel.resolve(frame.info, photons.emitted, frame.camera)?,
-            r_min: radii.r_min_m,
-            r_max: radii.r_max_m,
-            scale: scale(frame.info, config.shape),
-            texel,
-            film_size: target.map(|texels| (texels * texel) as f32),
-            corners: outline.corners,
-            ..SplatParams::default()
-        };
+        let film_size = target.map(|texels| (texels * texel) as f32);
+        let params = SplatParams { texel, film_size, corners: outline.corners, ..config.kernels.params(frame, photons)? };
         let arguments = self.arguments(graph, photons, outline.vertices);
         let draw = Draw { frame, photons, params: &params, arguments: &arguments, precision: config.precision() };
         let mut overflowed = graph.buffer("splat_overflowed", BufferDesc::words(1));
         graph.clear_buffer(&mut overflowed);
-        let estimate = match config.shape {
+        let estimate = match config.kernels.shape {
             SplatShape::Sphere => self.spheres(graph, &draw, &mut overflowed),
             SplatShape::Ellipsoid => self.ellipsoids(graph, &draw, &mut overflowed),
         };
@@ -315,18 +305,10 @@ impl SplatConfig {
         };
         Requirements { features, ..Requirements::default() }
     }
-
-    /// Distance (m) over which photons are gathered.
-    pub(crate) fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
-        match self.shape {
-            SplatShape::Sphere => self.radius.reach_m(info, emitted),
-            SplatShape::Ellipsoid => self.kernel.reach_m(info, emitted),
-        }
-    }
 }
 
 /// One over the mean of what is summed, as far as the scene tells: a power of two, which rounds nothing.
-pub(crate) fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
+fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
     let irradiance = info.total_power.max_element() / (4.0 * PI * info.bounds_radius * info.bounds_radius);
     let mean = match shape {
         SplatShape::Sphere => irradiance / PI,
@@ -374,7 +356,7 @@ mod tests {
         let error = config.texel().unwrap_err().to_string();
         assert!(error.contains("resolution") && error.contains("shape=ellipsoid"), "{error}");
         assert_eq!(config.requirements().features, Features::FLOAT32_BLENDABLE);
-        config.shape = SplatShape::Ellipsoid;
+        config.kernels.shape = SplatShape::Ellipsoid;
         assert_eq!(config.texel().unwrap(), 2);
     }
 }

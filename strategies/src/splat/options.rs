@@ -1,9 +1,12 @@
 //! What splats look like, and what they are blended into.
 
+use super::{SplatParams, scale};
 use crate::parameter::{Assignment, Parameter};
 use crate::splat_kernel::SplatKernel;
-use crate::{KernelRadius, StrategyError};
+use crate::{FrameInputs, KernelRadius, StrategyError};
 use lightloom_graph::wgpu::TextureFormat;
+use lightloom_passes::Photons;
+use lightloom_passes::scene::SceneInfo;
 use std::fmt;
 
 /// The kernel of a photon.
@@ -38,31 +41,84 @@ pub enum SplatResolution {
     Half,
 }
 
-/// What a user can choose of a strategy that splats.
+/// The kernels of splats, and their sizes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SplatConfig {
-    /// The kernel.
+pub struct SplatKernels {
+    /// Which.
     pub shape: SplatShape,
     /// Radii of spheres.
     pub radius: KernelRadius,
     /// Sizes of ellipsoids.
     pub kernel: SplatKernel,
+}
+
+/// What a user can choose of a strategy that draws splats.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplatConfig {
+    /// The kernels.
+    pub kernels: SplatKernels,
     /// Bits of the targets. Automatic: 16, for a frame is declared before its device is known.
     pub precision: Option<SplatPrecision>,
     /// Size of the targets.
     pub resolution: SplatResolution,
 }
 
+impl SplatKernels {
+    /// Automatic sizes.
+    pub(crate) fn new(shape: SplatShape) -> Self {
+        Self { shape, radius: KernelRadius::default(), kernel: SplatKernel::default() }
+    }
+
+    /// Distance (m) over which photons are gathered.
+    pub(crate) fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
+        match self.shape {
+            SplatShape::Sphere => self.radius.reach_m(info, emitted),
+            SplatShape::Ellipsoid => self.kernel.reach_m(info, emitted),
+        }
+    }
+
+    /// Parameters of passes that splat `photons` at the image's resolution.
+    pub(crate) fn params(&self, frame: &FrameInputs<'_>, photons: &Photons) -> Result<SplatParams, StrategyError> {
+        let radii = self.radius.resolve(frame.info, photons.emitted)?;
+        Ok(SplatParams {
+            camera: *frame.camera,
+            kernel: self.kernel.resolve(frame.info, photons.emitted, frame.camera)?,
+            r_min: radii.r_min_m,
+            r_max: radii.r_max_m,
+            scale: scale(frame.info, self.shape),
+            texel: 1,
+            film_size: frame.size.map(|pixels| pixels as f32),
+            ..SplatParams::default()
+        })
+    }
+
+    /// Sets the parameter of that key; `false` if the key is another.
+    pub(crate) fn set(&mut self, assignment: &Assignment<'_>) -> Result<bool, StrategyError> {
+        if assignment.key != "shape" {
+            return Ok(self.radius.set(assignment)? || self.kernel.set(assignment)?);
+        }
+        self.shape = match assignment.value {
+            "sphere" => SplatShape::Sphere,
+            "ellipsoid" => SplatShape::Ellipsoid,
+            _ => return Err(assignment.refuse("`sphere` or `ellipsoid` is needed")),
+        };
+        Ok(true)
+    }
+
+    pub(crate) fn parameters(&self) -> Vec<Parameter> {
+        let shape =
+            "kernel: `sphere` [MML13], sized by r_min and r_max, or `ellipsoid` [SA19], sized by the parameters marked so";
+        let mut parameters = vec![Parameter::new("shape", Some(self.shape), shape)];
+        parameters.extend(self.radius.parameters());
+        parameters.extend(self.kernel.parameters());
+        parameters
+    }
+}
+
 impl SplatConfig {
     /// Automatic sizes, 16 bits, full resolution.
     pub(crate) fn new(shape: SplatShape) -> Self {
-        Self {
-            shape,
-            radius: KernelRadius::default(),
-            kernel: SplatKernel::default(),
-            precision: None,
-            resolution: SplatResolution::Full,
-        }
+        Self { kernels: SplatKernels::new(shape), precision: None, resolution: SplatResolution::Full }
     }
 
     pub(crate) fn precision(&self) -> SplatPrecision {
@@ -71,7 +127,7 @@ impl SplatConfig {
 
     /// Edge of a target's texel (pixels).
     pub(crate) fn texel(&self) -> Result<u32, StrategyError> {
-        match (self.resolution, self.shape) {
+        match (self.resolution, self.kernels.shape) {
             (SplatResolution::Full, _) => Ok(1),
             (SplatResolution::Half, SplatShape::Ellipsoid) => Ok(2),
             (SplatResolution::Half, SplatShape::Sphere) => Err(StrategyError::BadSetting {
@@ -85,7 +141,6 @@ impl SplatConfig {
     /// Sets the parameter of that key; `false` if the key is another.
     pub(crate) fn set(&mut self, assignment: &Assignment<'_>) -> Result<bool, StrategyError> {
         match assignment.key {
-            "shape" => self.shape = SplatShape::parse(assignment)?,
             "precision" => {
                 self.precision = match assignment.value {
                     "half" => Some(SplatPrecision::Half),
@@ -101,36 +156,19 @@ impl SplatConfig {
                     _ => return Err(assignment.refuse("`full` or `half` is needed")),
                 }
             }
-            _ => return Ok(self.radius.set(assignment)? || self.kernel.set(assignment)?),
+            _ => return self.kernels.set(assignment),
         }
         Ok(true)
     }
 
     pub(crate) fn parameters(&self) -> Vec<Parameter> {
-        let shape =
-            "kernel: `sphere` [MML13], sized by r_min and r_max, or `ellipsoid` [SA19], sized by the parameters marked so";
         let precision = "bits of the blended targets: `half`, or `float` where the device blends 32-bit floats; `auto` is `half`";
         let resolution =
             "size of the targets: `full`, or `half` on both sides, for ellipsoids; a quarter of the fragments, less detail";
-        let mut parameters = vec![
-            Parameter::new("shape", Some(self.shape), shape),
-            Parameter::new("precision", self.precision, precision),
-            Parameter::new("resolution", Some(self.resolution), resolution),
-        ];
-        parameters.extend(self.radius.parameters());
-        parameters.extend(self.kernel.parameters());
+        let mut parameters = self.kernels.parameters();
+        parameters.push(Parameter::new("precision", self.precision, precision));
+        parameters.push(Parameter::new("resolution", Some(self.resolution), resolution));
         parameters
-    }
-}
-
-impl SplatShape {
-    /// The shape that the value names.
-    pub(crate) fn parse(assignment: &Assignment<'_>) -> Result<Self, StrategyError> {
-        match assignment.value {
-            "sphere" => Ok(Self::Sphere),
-            "ellipsoid" => Ok(Self::Ellipsoid),
-            _ => Err(assignment.refuse("`sphere` or `ellipsoid` is needed")),
-        }
     }
 }
 

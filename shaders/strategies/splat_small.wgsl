@@ -1,12 +1,12 @@
 // Adds small splats, a thread each, and counts the blocks of the others.
 #import "shared/dispatch.wgsl"
-#import "shared/splat_compute_ellipsoid.wgsl"
+#import "shared/splat_compute_sphere.wgsl"
 
 // A word per record of the store.
 @group(0) @binding(6) var<storage, read_write> splat_counts: array<u32>;
 
 @compute @workgroup_size(64)
-fn splat_small_ellipsoids(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
+fn splat_small(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u) {
     let index = linear_index(id, workgroups, 64u);
     if index >= arrayLength(&photons) {
         return;

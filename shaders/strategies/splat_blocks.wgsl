@@ -1,13 +1,13 @@
 // Adds the splats that are not small, a workgroup to each block of them.
 #import "shared/splat_block_search.wgsl"
-#import "shared/splat_compute_ellipsoid.wgsl"
+#import "shared/splat_compute_sphere.wgsl"
 
 const THREADS: u32 = 64u;
 
 var<workgroup> found: u32;
 
 @compute @workgroup_size(64)
-fn splat_blocks_ellipsoids(
+fn splat_blocks(
     @builtin(workgroup_id) workgroup: vec3u,
     @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) thread: u32,

@@ -1,0 +1,3 @@
+// `strategies/splat_small.wgsl`, its splats ellipsoids.
+#import "shared/splat_compute_ellipsoid.wgsl" as "shared/splat_compute_sphere.wgsl"
+#import "strategies/splat_small.wgsl"
