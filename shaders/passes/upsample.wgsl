@@ -5,6 +5,7 @@
 // R, so that textures stay sharp, and a black sample, which knows nothing of the light, counts for nothing.
 //
 // [Kopf07]: Kopf, Cohen, Lischinski and Uyttendaele, "Joint bilateral upsampling", SIGGRAPH 2007.
+#import "shared/filter.wgsl"
 #import "shared/gbuffer.wgsl"
 #import "shared/reflectance.wgsl"
 
@@ -26,8 +27,8 @@ struct UpsampleParams {
 @group(0) @binding(5) var small_radiance: texture_2d<f32>;
 @group(0) @binding(6) var radiance: texture_storage_2d<rgba32float, write>;
 
-// Exponent of the cosine between normals: σ_n of [SA19, Eq. 11].
-const NORMAL_SHARPNESS: f32 = 32.0;
+// σ_n of [SA19, Eq. 11].
+const SIGMA_N: f32 = 32.0;
 // Weight of a sample that lies on another surface: a pixel that has no other still gets light.
 const OTHER_SURFACE: f32 = 1.0e-4;
 
@@ -55,7 +56,7 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
             );
             let off_plane = abs(dot(point.normal_geometric, sample.position - point.position));
             let alike = exp(-off_plane / (params.square_m * point.depth))
-                * pow(max(dot(point.brdf.normal, sample.brdf.normal), 0.0), NORMAL_SHARPNESS);
+                * normal_weight(point.brdf.normal, sample.brdf.normal, SIGMA_N);
             let weight = select(0.0, bilinear.x * bilinear.y * (alike + OTHER_SURFACE), sample.gatherable);
             radiance_sum += weight * textureLoad(small_radiance, at, 0).rgb;
             reflectance_sum += weight * reflectance(sample.brdf, sample.to_eye);
