@@ -135,7 +135,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "strategies/sort_lists.wgsl",
     "strategies/sorted_grid_count.wgsl",
     "strategies/sorted_grid_gather.wgsl",
-    "strategies/sorted_grid_gather_quads.wgsl",
+    "strategies/sorted_grid_gather_blocks.wgsl",
     "strategies/sorted_grid_pack.wgsl",
     "strategies/splat_25d_ellipsoid.wgsl",
     "strategies/splat_25d_sphere.wgsl",

@@ -94,9 +94,9 @@ impl Gather {
         Self::with_shaders(sources, shader.clone(), shader, 1)
     }
 
-    /// As [`Self::new`]; the shader in `quads` takes its place where every photon is gathered, with 2 × 2 points to a thread.
-    pub(crate) fn with_quads(sources: &WgslSources, path: &str, quads: &str) -> Result<Self, StrategyError> {
-        Self::with_shaders(sources, SceneShader::new(sources, quads)?, SceneShader::new(sources, path)?, 2)
+    /// As [`Self::new`]; the shader in `blocks` takes its place where every photon is gathered, with 4 × 4 points to a thread.
+    pub(crate) fn with_blocks(sources: &WgslSources, path: &str, blocks: &str) -> Result<Self, StrategyError> {
+        Self::with_shaders(sources, SceneShader::new(sources, blocks)?, SceneShader::new(sources, path)?, 4)
     }
 
     fn with_shaders(sources: &WgslSources, every: SceneShader, some: SceneShader, edge: u32) -> Result<Self, StrategyError> {

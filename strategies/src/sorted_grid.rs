@@ -4,7 +4,7 @@
 //! for each photon P:  b = bucket of the cell of P;  rank[P] = count[b]++             # counting sort
 //! offsets = prefix sum of count
 //! for each photon P:  entries[offsets[b] + rank[P]] = P;  then copy the photons into that order
-//! for each 2 × 2 pixels (x, y) with visible points X, as far as they lie together:
+//! for each 4 × 4 pixels (x, y) with visible points X, as far as they lie together:
 //!     for each row of cells within r_max of an X:                                    # along the world's x axis
 //!         first, last = cells where the row enters and leaves the search sphere
 //!         image[x, y] += contribution of P at each X, for each P of offsets[bucket(first)] .. offsets[bucket(last) + 1]
@@ -25,7 +25,7 @@
 //! photon twice, which a hash of cells could not promise, and what other rows leave in a bucket fails the test of distance. Cells are
 //! four times as long across the rows as along them: thinner cells fit the sphere better, and along a row they cost no look-up.
 //!
-//! Four pixels to a thread: neighbours see nearly the same photons, and a photon is fetched and decoded once for all four. Stochastic
+//! Sixteen pixels to a thread: neighbours see nearly the same photons, and a photon is fetched and decoded once for all of them. Stochastic
 //! selection, which each pixel draws for itself, has a thread for each (`sorted_grid_gather`).
 //!
 //! Sums the photons `exact` sums, in another order. Biased for any radius above 0; consistent as radii shrink and photons grow. Depends on
@@ -39,7 +39,7 @@
 //! | prefix sum | 8 B | 4 B |
 //! | `sorted_grid_scatter` | 12 N | 4 N |
 //! | `sorted_grid_pack` | (4 + s) N | 32 N |
-//! | `sorted_grid_gather_quads` | per four pixels 8 a row, 16 a candidate, 32 a summand | 32 a pixel |
+//! | `sorted_grid_gather_blocks` | per sixteen pixels 8 a row, 16 a candidate, 32 a summand | 32 a pixel |
 //!
 //! [Hoetzlein14]: https://ramakarl.com/fluids3/ "Fast fixed-radius nearest neighbors: interactive million-particle fluids, Hoetzlein, GPU Technology Conference, 2014"
 //! [Niederreiter92, chapter 5]: https://doi.org/10.1137/1.9781611970081 "Random number generation and quasi-Monte Carlo methods, Niederreiter, 1992"
@@ -165,10 +165,10 @@ impl SortedGrid {
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/sorted_grid_pack.wgsl")?,
-            gather: Gather::with_quads(
+            gather: Gather::with_blocks(
                 sources,
                 "strategies/sorted_grid_gather.wgsl",
-                "strategies/sorted_grid_gather_quads.wgsl",
+                "strategies/sorted_grid_gather_blocks.wgsl",
             )?,
         })
     }
