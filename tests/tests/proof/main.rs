@@ -3,8 +3,10 @@
 
 mod animation;
 mod beams;
+mod bias_and_variance;
 mod closed_box;
 mod closed_sphere;
+mod convergence;
 mod culling;
 mod determinism;
 mod discs;
@@ -24,4 +26,5 @@ mod samplers;
 mod shaders;
 mod sharing;
 mod store;
+mod thin_wall;
 mod traversal;
