@@ -25,6 +25,7 @@ mod rsm;
 mod samplers;
 mod shaders;
 mod sharing;
+mod snapshots;
 mod store;
 mod thin_wall;
 mod traversal;
