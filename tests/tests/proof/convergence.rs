@@ -68,7 +68,7 @@ fn errors_fall_as_the_radii_shrink_and_level_off_where_they_do_not() {
         let [shrinking, level] = errors(&mut lab, &scene, bits, &mut strategies);
         let [bias, variance] = closed(bits, f64::from(radius));
         println!("2^{bits} photons: r = {radius:.4} m, bias² {bias:.5}, variance {variance:.5}");
-        assert!((0.15..4.0).contains(&(bias / variance)), "both parts count: {bias} and {variance}");
+        assert!((0.1..4.0).contains(&(bias / variance)), "both parts count: {bias} and {variance}");
         shrinking.assert_near(bias + variance, 0.0, "mean squared error, automatic radius");
         found.push(shrinking.value);
         weights.push((shrinking.value / shrinking.standard_error).powi(2));
