@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Bench, Images, SPECULAR, View, camera, density_estimate, floor_and_wall, photons, strategy, views};
+use common::{Bench, Images, Random, SPECULAR, View, camera, density_estimate, floor_and_wall, photon, photons, strategy, views};
 use glam::Vec3;
 use lightloom_graph::{Executor, Gpu, wgpu};
 use lightloom_passes::Photon;
@@ -195,6 +195,54 @@ fn deterministic_buckets_are_summed_in_one_order() {
     let runs: Vec<_> = (0..4).map(|_| bench.run(&mut *strategy, &view, &photons, 16_000, true)).collect();
     assert!(runs[0].stats.contains(&("longest_list", 16_000)), "{:?}", runs[0].stats);
     assert!(runs.iter().all(|run| *run == runs[0]), "the order of a bucket differs from run to run");
+}
+
+/// The same in lists of chunks, which are then summed as `exact` sums.
+#[test]
+fn deterministic_lists_are_summed_in_the_order_of_the_store() {
+    let Some(mut bench) = Bench::new() else { return };
+    let photons = photons(16_000);
+    let view = View::new(camera(Vec3::new(0.5, 2.0, 5.0), Vec3::new(0.0, 0.5, -1.0), [16, 8], [0.5, 0.5]), floor_and_wall);
+    let exact = bench.run(&mut *strategy("exact", &RADII[2]), &view, &photons, 16_000, true);
+    for name in ["tiled", "view-grid"] {
+        let mut strategy = strategy(name, &RADII[2]);
+        for _ in 0..3 {
+            let images = bench.run(&mut *strategy, &view, &photons, 16_000, true);
+            let longest = images.stats.iter().find(|(name, _)| *name == "longest_list").expect("it is counted").1;
+            assert!(longest > 1000, "{name}: {:?}", images.stats);
+            assert_eq!(exact.indirect, images.indirect, "{name}: one order, one sum");
+        }
+    }
+}
+
+/// Bounds of normals keep photons of other surfaces out of the lists, not only out of the sums: below the floor, and on it with light that came from
+/// below.
+#[test]
+fn photons_that_face_away_enter_no_list() {
+    let Some(mut bench) = Bench::new() else { return };
+    let view = View::new(views(SIZE)[1].1, floor);
+    let mut random = Random(2);
+    let mut scattered = |normal: Vec3, from: Vec3| -> Vec<Photon> {
+        let mut at = || random.cube() * Vec3::new(3.0, 0.0, 3.0);
+        (0..500).map(|_| photon(at(), normal, from, Vec3::ONE, 0, false)).collect()
+    };
+    let facing = scattered(Vec3::Y, Vec3::Y);
+    let away = [scattered(Vec3::NEG_Y, Vec3::NEG_Y), scattered(Vec3::Y, Vec3::NEG_Y), scattered(Vec3::X, Vec3::Y)];
+    for name in ["tiled", "view-grid"] {
+        let mut entries = |photons: &[Photon]| {
+            let images = bench.run(&mut *strategy(name, &RADII[0]), &view, photons, 500, false);
+            images.stats.iter().find(|(name, _)| *name == "entries").expect("they are counted").1
+        };
+        assert!(entries(&facing) > 100, "{name}: photons of the floor are listed");
+        for photons in &away {
+            assert_eq!(entries(photons), 0, "{name}: photons of another side are listed");
+        }
+    }
+}
+
+/// The floor alone.
+fn floor(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
+    floor_and_wall(origin, direction).filter(|(_, normal)| *normal == Vec3::Y)
 }
 
 #[test]

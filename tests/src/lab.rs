@@ -2,7 +2,7 @@
 
 use crate::image::Accumulator;
 use crate::{Image, Pixels};
-use lightloom_graph::wgpu::TextureFormat;
+use lightloom_graph::wgpu::{Features, TextureFormat};
 use lightloom_graph::{Executor, FrameOutput, Gpu, Graph, Handle, Memory, Readback, Texture, TextureDesc, WgslSources};
 use lightloom_passes::scene::{Camera, Emission, GpuScene, Scene, SceneHandles};
 use lightloom_passes::{
@@ -84,7 +84,8 @@ pub struct Estimates {
     pub positions: Vec<[f32; 4]>,
     /// The photons.
     pub traced: Traced,
-    /// Indirect light and its caustic part per strategy, in the order they were given (W·m⁻²·sr⁻¹).
+    /// Indirect light and its caustic part per strategy, in the order they were given (W·m⁻²·sr⁻¹). The latter is black for a strategy that
+    /// does not tell it apart.
     pub layers: Vec<[Image; 2]>,
     /// Transient memory of the frame.
     pub memory: Memory,
@@ -118,6 +119,14 @@ impl Lab {
     /// If a shader is invalid.
     pub fn open() -> Option<Self> {
         Some(Self::on(Gpu::for_tests()?))
+    }
+
+    /// As [`Self::open`], on a device that blends 32-bit floats where the adapter can.
+    ///
+    /// # Panics
+    /// As [`Self::open`].
+    pub fn open_blending() -> Option<Self> {
+        Gpu::for_tests_with(Features::FLOAT32_BLENDABLE).or_else(Gpu::for_tests).map(Self::on)
     }
 
     /// As [`Self::open`], on an adapter that has what `backend` needs, and a device that has no more.
@@ -289,16 +298,21 @@ impl Lab {
         let mut reads = Vec::new();
         for strategy in strategies {
             let estimate = strategy.declare(&mut graph, &inputs).expect("the strategy takes the frame");
-            let caustic = estimate.caustic.expect("every photon strategy has a caustic layer");
-            reads.push([graph.readback_texture(&estimate.indirect), graph.readback_texture(&caustic)]);
+            let caustic = estimate.caustic.map(|caustic| graph.readback_texture(&caustic));
+            reads.push((graph.readback_texture(&estimate.indirect), caustic));
         }
         let records = read_photons(&mut graph, photons);
         let position = graph.readback_texture(&gbuffer.position);
         let output = self.run(graph);
+        let layers = |&(indirect, caustic): &(Readback, Option<Readback>)| {
+            let indirect = image(&output, camera.size, indirect);
+            let black = Image { size: camera.size, pixels: vec![[0.0; 3]; indirect.pixels.len()] };
+            [indirect, caustic.map_or(black, |read| image(&output, camera.size, read))]
+        };
         Estimates {
             positions: output.cast(position),
             traced: traced(&output, records),
-            layers: reads.iter().map(|pair| pair.map(|read| image(&output, camera.size, read))).collect(),
+            layers: reads.iter().map(layers).collect(),
             memory: output.memory,
         }
     }

@@ -23,14 +23,15 @@ pub fn flux_word(rgb: [u8; 3], shift: u32) -> u32 {
     r | (g << 8) | (b << 16) | ((136 - 16 + shift) << 24)
 }
 
-/// A photon that fell straight down on the plane y = 0.
+/// A photon that fell straight down on the plane y = 0, through 1 m.
 pub fn falling_photon(x: f64, z: f64, flux: u32) -> Photon {
     Photon {
         position: [x as f32, 0.0, z as f32],
         flux,
         direction: octahedral(Vec3::NEG_Y),
         normal: octahedral(Vec3::Y),
-        length_probability: 0,
+        // A half, 1.0, below a path probability of 0.
+        length_probability: 0x3c00,
         bounce_flags: 1,
     }
 }

@@ -25,8 +25,9 @@ pub enum SplatShape {
 /// Bits of the targets that splats are blended into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SplatPrecision {
-    /// 16: what every WebGPU device blends. Each photon rounds a pixel's sum by up to 2⁻¹¹ of it, and one that is less than 2⁻¹² of the
-    /// sum leaves no trace: good for hundreds of photons a pixel.
+    /// 16: what every WebGPU device blends. Each photon rounds a pixel's sum by up to 2⁻¹¹ of it, or by up to 2⁻¹⁰ and always down where the
+    /// device rounds towards zero, as llvmpipe does: that loses one or two hundredths of a percent of the light for each photon a pixel holds.
+    /// One that is less than 2⁻¹² of the sum may leave no trace: good for a hundred photons a pixel.
     Half,
     /// 32, on devices with `FLOAT32_BLENDABLE`.
     Float,

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test program uses some of it")]
 
+pub(crate) mod filter_rig;
+
 use glam::{Mat4, Vec3};
 use lightloom_graph::wgpu::{self, util::DeviceExt};
 use lightloom_graph::{BufferDesc, Executor, Gpu, Graph, Handle, Texture, TextureDesc, bytemuck};

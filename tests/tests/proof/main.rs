@@ -3,8 +3,10 @@
 
 mod animation;
 mod beams;
+mod bias_and_variance;
 mod closed_box;
 mod closed_sphere;
+mod convergence;
 mod culling;
 mod determinism;
 mod discs;
@@ -23,5 +25,7 @@ mod rsm;
 mod samplers;
 mod shaders;
 mod sharing;
+mod snapshots;
 mod store;
+mod thin_wall;
 mod traversal;
