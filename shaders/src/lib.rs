@@ -61,6 +61,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "passes/trace_rays.wgsl",
     "passes/upsample.wgsl",
     "passes/visibility.wgsl",
+    "shared/blinn_phong.wgsl",
     "shared/bound_points.wgsl",
     "shared/brdf.wgsl",
     "shared/bvh.wgsl",

@@ -320,7 +320,7 @@ impl Strategy for SplatCompute {
             SplatShape::Sphere => Estimate { caustic: Some(second), ..Estimate::new(first) },
             SplatShape::Ellipsoid => {
                 let light = Irradiance { irradiance: first, direction: second };
-                let indirect = self.reflect.add(graph, "splat_indirect", frame.camera, frame.gbuffer, &light);
+                let indirect = self.reflect.add(graph, "splat_indirect", frame.scene, frame.camera, frame.gbuffer, &light);
                 Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
             }
         };

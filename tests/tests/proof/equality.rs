@@ -11,7 +11,7 @@
 use crate::determinism::settings;
 use glam::Vec3;
 use lightloom_passes::Photon;
-use lightloom_passes::scene::{Scene, SceneInfo, builtin};
+use lightloom_passes::scene::{Material, Reflection, Scene, SceneInfo, builtin};
 use lightloom_strategies::{SplatCompute, Strategy};
 use lightloom_tests::reference::scene_path;
 use lightloom_tests::{Estimates, Frame, Lab, View, strategies};
@@ -68,10 +68,15 @@ fn assert_equal(what: &str, estimates: &Estimates, all: &[Box<dyn Strategy>], r_
 
 /// Radii (m) that give some hundred photons a pixel: a constant one, and one per photon's path probability.
 fn check(lab: &mut Lab, scene: &Scene, emitted: u32, radius: f32) {
+    check_radii(lab, scene, emitted, radius, &[("constant radius", radius), ("varying radii", 0.3 * radius)]);
+}
+
+/// With these least radii (m).
+fn check_radii(lab: &mut Lab, scene: &Scene, emitted: u32, radius: f32, kinds: &[(&str, f32)]) {
     let gpu_scene = lab.upload(scene);
     let view = View::new(scene.cameras[0].clone(), [80, 45]);
     let frame = Frame { photons: settings(emitted, 5, 21), maps: None, deterministic: false };
-    for (kind, r_min) in [("constant radius", radius), ("varying radii", 0.3 * radius)] {
+    for &(kind, r_min) in kinds {
         let mut all = strategies(&lab.sources, r_min, radius);
         let estimates = lab.estimate(&gpu_scene, &view, frame, &mut all);
         assert_eq!(estimates.traced.state.dropped, 0, "every photon is stored");
@@ -89,6 +94,18 @@ fn all_strategies_equal_exact_in_a_cornell_room() {
 fn all_strategies_equal_exact_among_caustics() {
     let Some(mut lab) = Lab::open() else { return };
     check(&mut lab, &builtin::caustics(), 12_000, 0.1);
+}
+
+/// Walls with [MML13]'s lobe beside the diffuse one.
+///
+/// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
+#[test]
+fn all_strategies_equal_exact_on_blinn_phong_walls() {
+    let Some(mut lab) = Lab::open() else { return };
+    let mut scene = builtin::cornell();
+    scene.materials[0] = Material { roughness: 0.5, metallic: 0.3, ..scene.materials[0].clone() };
+    scene.reflection = Reflection::BlinnPhong;
+    check_radii(&mut lab, &scene, 10_000, 0.2, &[("varying radii", 0.06)]);
 }
 
 #[test]

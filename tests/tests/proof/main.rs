@@ -3,6 +3,7 @@
 
 mod animation;
 mod beams;
+mod blinn_phong;
 mod closed_box;
 mod closed_sphere;
 mod culling;
