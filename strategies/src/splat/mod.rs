@@ -308,7 +308,7 @@ impl SplatConfig {
 }
 
 /// One over the mean of what is summed, as far as the scene tells: a power of two, which rounds nothing.
-fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
+pub(crate) fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
     let irradiance = info.total_power.max_element() / (4.0 * PI * info.bounds_radius * info.bounds_radius);
     let mean = match shape {
         SplatShape::Sphere => irradiance / PI,

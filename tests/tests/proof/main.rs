@@ -22,6 +22,7 @@ mod refraction;
 mod roulette;
 mod rsm;
 mod samplers;
+mod screen_space;
 mod shaders;
 mod sharing;
 mod store;
