@@ -144,7 +144,8 @@ pub(crate) struct SceneArgs {
     /// How photons are kept: `whole`, 32 bytes each, or `compact`, 20 bytes, a little coarser
     #[arg(long, value_enum, default_value_t)]
     pub(crate) photon_store: Store,
-    /// How materials are read; `lambert` makes every opaque non-metal diffuse
+    /// How materials are read: `gltf`; `lambert` makes every opaque non-metal diffuse; `phong` has glossy surfaces reflect by a Blinn-Phong
+    /// lobe of the same roughness, and keeps diffuse ones, mirrors and glass
     #[arg(long, value_enum, default_value_t)]
     pub(crate) materials: Materials,
     /// Light from infinitely far away: a latitude-longitude map (.exr or .hdr; its middle looks to −z), turned about +y by degrees, or a
@@ -294,6 +295,7 @@ pub(crate) enum Materials {
     #[default]
     Gltf,
     Lambert,
+    Phong,
 }
 
 impl Materials {
@@ -302,6 +304,7 @@ impl Materials {
         match self {
             Self::Gltf => "gltf",
             Self::Lambert => "lambert",
+            Self::Phong => "phong",
         }
     }
 }
@@ -342,6 +345,13 @@ mod tests {
         assert_eq!(args.scene.photons, 1_000_000);
         assert_eq!(args.scene.radius, Some(0.05));
         assert_eq!(args.scene.materials, Materials::Lambert);
+        for materials in [Materials::Gltf, Materials::Lambert, Materials::Phong] {
+            assert_eq!(
+                Materials::from_str(materials.name(), false),
+                Ok(materials),
+                "the word that reports show is the one asked by"
+            );
+        }
         assert!(args.scene.deterministic, "--deterministic");
         let line = "lightloom compare a.glb --strategies exact,tiled --reference path -o out";
         let cli = Cli::try_parse_from(line.split_whitespace()).unwrap();

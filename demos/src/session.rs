@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use lightloom_graph::wgpu::Features;
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
-use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Scene, builtin};
+use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Reflection, Scene, builtin};
 use lightloom_passes::{PhotonStore, RayBackend};
 use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
 
@@ -250,8 +250,10 @@ fn load(args: &SceneArgs) -> Result<Scene, Error> {
     for given in &args.light_photons {
         scene.set_photon_weight(&given.name, given.weight)?;
     }
-    if args.materials == Materials::Lambert {
-        scene.make_lambert();
+    match args.materials {
+        Materials::Gltf => {}
+        Materials::Lambert => scene.make_lambert(),
+        Materials::Phong => scene.reflection = Reflection::BlinnPhong,
     }
     match (args.time, scene.duration()) {
         (Some(time), Some(_)) => scene.pose(time)?,

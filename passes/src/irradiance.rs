@@ -1,7 +1,8 @@
 //! Light as it arrives at visible points, and what their surfaces make of it.
 
-use crate::{CameraUniform, GBuffer, radiance_desc};
-use lightloom_graph::{ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
+use crate::scene::SceneHandles;
+use crate::{CameraUniform, GBuffer, SceneShader, radiance_desc};
+use lightloom_graph::{Graph, Handle, ShaderError, Texture, WgslSources, shader_struct};
 
 /// Light that arrives at visible points, not yet reflected: what [SA19] sums and filters. Both images are linear in the light, so means
 /// over pixels or frames are those of the light itself.
@@ -34,13 +35,13 @@ shader_struct! {
 /// [SA19]: https://doi.org/10.1007/978-1-4842-4427-2_24 "Real-time global illumination with photon mapping, Smal and Aizenshtein, Ray Tracing Gems chapter 24, 2019"
 #[derive(Clone, Debug)]
 pub struct ReflectIrradiance {
-    shader: ComputeShader,
+    shader: SceneShader,
 }
 
 impl ReflectIrradiance {
     /// Parses the shader.
     pub fn new(sources: &WgslSources) -> Result<Self, ShaderError> {
-        Ok(Self { shader: ComputeShader::new(sources, "passes/reflect_irradiance.wgsl")? })
+        Ok(Self { shader: SceneShader::new(sources, "passes/reflect_irradiance.wgsl")? })
     }
 
     /// Declares the pass. Returns radiance (W·m⁻²·sr⁻¹) in a texture called `name`, black where nothing gathers light.
@@ -48,6 +49,7 @@ impl ReflectIrradiance {
         &self,
         graph: &mut Graph<'_>,
         name: &str,
+        scene: &SceneHandles,
         camera: &CameraUniform,
         gbuffer: &GBuffer,
         light: &Irradiance,
@@ -56,7 +58,7 @@ impl ReflectIrradiance {
         let params =
             ReflectParams { camera_position_world: camera.position_world(), size: camera.size, ..ReflectParams::default() };
         graph
-            .compute(&self.shader)
+            .compute(&self.shader.variant(scene))
             .params(&params)
             .read("position", &gbuffer.position)
             .read("surface", &gbuffer.surface)

@@ -68,7 +68,7 @@ pub use prefix_sum::PrefixSum;
 pub use ray_backend::{RayBackend, RayBackendError};
 pub use ray_pipeline::RayPipelineScene;
 pub use rsm::{FirstHit, MapsBy, Rsm, RsmMaps, RsmSettings, RsmSource};
-pub use scene_shader::SceneShader;
+pub use scene_shader::{SceneRasterShader, SceneShader};
 pub use specular_pixels::SpecularPixels;
 pub use trace_rays::{Ray, RayHit, TraceRays};
 pub use upsample::{Subsample, SubsampledPoints, Upsample};

@@ -2,7 +2,7 @@
 
 use crate::RayBackend;
 use crate::scene::{SceneHandles, SceneTraits};
-use lightloom_graph::{ComputeShader, ShaderError, WgslSources};
+use lightloom_graph::{ComputeShader, RasterShader, ShaderError, WgslSources};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -46,14 +46,39 @@ impl SceneShader {
         };
         variants
             .entry((scene.traits, scene.rays()))
-            .or_insert_with(|| specialise(general, scene.traits).unwrap_or_else(|_| general.clone()))
+            .or_insert_with(|| specialise(general, scene.traits, ComputeShader::with_constant))
             .clone()
     }
 }
 
-/// Sets the overrides; a shader that lacks one stays as it is, which is slower and no less right.
-fn specialise(general: &ComputeShader, traits: SceneTraits) -> Result<ComputeShader, ShaderError> {
-    traits.constants().into_iter().try_fold(general.clone(), |shader, (name, value)| shader.with_constant(name, f64::from(value)))
+/// A raster shader whose text imports `shared/scene_traits.wgsl`, and its variants so far.
+#[derive(Clone, Debug)]
+pub struct SceneRasterShader {
+    general: RasterShader,
+    variants: Arc<Mutex<HashMap<SceneTraits, RasterShader>>>,
+}
+
+impl SceneRasterShader {
+    /// The variants of `general`, in its state of culling, blending and depth test.
+    pub fn new(general: RasterShader) -> Self {
+        Self { general, variants: Arc::default() }
+    }
+
+    /// The shader for `scene`.
+    pub fn variant(&self, scene: &SceneHandles) -> RasterShader {
+        let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
+        let variant = || specialise(&self.general, scene.traits, RasterShader::with_constant);
+        variants.entry(scene.traits).or_insert_with(variant).clone()
+    }
+}
+
+/// Sets the overrides; a shader that lacks one, because it knows no surfaces, stays as it is.
+fn specialise<S: Clone>(general: &S, traits: SceneTraits, set: impl Fn(S, &'static str, f64) -> Result<S, ShaderError>) -> S {
+    let constants = traits.constants().into_iter();
+    constants
+        .map(|(name, value)| (name, f64::from(value)))
+        .try_fold(general.clone(), |shader, (name, value)| set(shader, name, value))
+        .unwrap_or_else(|_| general.clone())
 }
 
 #[cfg(test)]

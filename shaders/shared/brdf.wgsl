@@ -1,5 +1,13 @@
 // Reflection at one point: Lambert, and glTF 2.0's metallic-roughness model (GGX with height-correlated Smith masking,
 // Schlick's Fresnel; glTF 2.0 appendix B). Directions point away from the surface; `f` is in sr⁻¹, without the cosine.
+//
+// In scenes that ask for it (SCENE_PHONG) the model of [MML13, Eq. 6 to 8] stands in for glTF's: with the same F₀, colours and roughness,
+//     F = F₀ + (1 − F₀)(1 − max(0, ω_h·ω_i))⁵,    f = ρ_L/π + (8 + s) F/(8π) max(0, ω_h·n)ˢ,    ρ_L = base colour (1 − metallic).
+// Nothing masks the lobe and the diffuse part does not give way to it: a white surface reflects up to 1 + F of the light, and some lobes
+// alone more than 1 at grazing angles.
+//
+// [MML13]: "Toward Practical Real-Time Photon Mapping: Efficient GPU Density Estimation", I3D 2013.
+#import "shared/blinn_phong.wgsl"
 #import "shared/math.wgsl"
 #import "shared/scene_traits.wgsl"
 
@@ -13,6 +21,8 @@ struct Brdf {
     f0: f32,
     // Plain Lambert: metallic 0 and roughness 1 without a texture for them.
     lambert: bool,
+    // [MML13]'s model; only in scenes of SCENE_PHONG.
+    phong: bool,
 }
 
 struct BrdfSample {
@@ -32,6 +42,11 @@ fn schlick(f0: vec3f, cos_theta: f32) -> vec3f {
     let c = clamp(1.0 - cos_theta, 0.0, 1.0);
     let c2 = c * c;
     return f0 + (1.0 - f0) * (c2 * c2 * c);
+}
+
+// Reflectance at normal incidence.
+fn brdf_f0(brdf: Brdf) -> vec3f {
+    return mix(vec3f(brdf.f0), brdf.base_color, brdf.metallic);
 }
 
 fn brdf_alpha(brdf: Brdf) -> f32 {
@@ -72,8 +87,13 @@ fn brdf_eval(brdf: Brdf, wi: vec3f, wo: vec3f) -> vec3f {
     let alpha = brdf_alpha(brdf);
     let a2 = alpha * alpha;
     let cos_d = dot(wo, h);
+    if SCENE_PHONG && brdf.phong {
+        let exponent = blinn_phong_exponent(alpha);
+        let lobe = blinn_phong_scale(exponent) * blinn_phong_lobe(exponent, brdf.normal, h);
+        return brdf.base_color * ((1.0 - brdf.metallic) / PI) + schlick(brdf_f0(brdf), cos_d) * lobe;
+    }
     let visibility = 0.5 / (cos_i * sqrt(a2 + (1.0 - a2) * cos_o * cos_o) + cos_o * sqrt(a2 + (1.0 - a2) * cos_i * cos_i));
-    let specular = schlick(mix(vec3f(brdf.f0), brdf.base_color, brdf.metallic), cos_d)
+    let specular = schlick(brdf_f0(brdf), cos_d)
         * (ggx_distribution(alpha, brdf.normal, h) * visibility);
     let diffuse = brdf.base_color * ((1.0 - brdf.metallic) * (1.0 - schlick(vec3f(brdf.f0), cos_d).x) / PI);
     return diffuse + specular;
@@ -84,7 +104,7 @@ fn brdf_glossy_probability(brdf: Brdf, wo: vec3f) -> f32 {
     if brdf.lambert || !SCENE_GLOSSY {
         return 0.0;
     }
-    let fresnel = schlick(mix(vec3f(brdf.f0), brdf.base_color, brdf.metallic), max(0.0, dot(brdf.normal, wo)));
+    let fresnel = schlick(brdf_f0(brdf), max(0.0, dot(brdf.normal, wo)));
     let glossy = mean_component(fresnel);
     let diffuse = (1.0 - brdf.metallic) * mean_component(brdf.base_color) * (1.0 - brdf.f0);
     return clamp(glossy / max(glossy + diffuse, 1.0e-6), 0.1, select(0.9, 1.0, diffuse == 0.0));
@@ -101,8 +121,12 @@ fn brdf_pdf(brdf: Brdf, wi: vec3f, wo: vec3f) -> f32 {
     if p > 0.0 {
         let h = normalize(wi + wo);
         let alpha = brdf_alpha(brdf);
-        // The Jacobian of reflection is 4 (ω_o·h).
-        pdf += p * 0.25 * ggx_visible_density(alpha, cos_o, brdf.normal, h);
+        if SCENE_PHONG && brdf.phong {
+            pdf += p * blinn_phong_density(blinn_phong_exponent(alpha), brdf.normal, h, wo);
+        } else {
+            // The Jacobian of reflection is 4 (ω_o·h).
+            pdf += p * 0.25 * ggx_visible_density(alpha, cos_o, brdf.normal, h);
+        }
     }
     return pdf;
 }
@@ -130,9 +154,14 @@ fn brdf_sample(brdf: Brdf, wo: vec3f, u: vec3f) -> BrdfSample {
     let glossy = SCENE_GLOSSY && u.z < p;
     var wi: vec3f;
     if glossy {
-        let local = wo * frame;
-        let h = frame * sample_visible_normal(local, brdf_alpha(brdf), u.xy);
-        wi = reflect(-wo, h);
+        let alpha = brdf_alpha(brdf);
+        var h: vec3f;
+        if SCENE_PHONG && brdf.phong {
+            h = sample_blinn_phong(blinn_phong_exponent(alpha), u.xy);
+        } else {
+            h = sample_visible_normal(wo * frame, alpha, u.xy);
+        }
+        wi = reflect(-wo, frame * h);
     } else {
         wi = frame * sample_cosine_hemisphere(u.xy);
     }

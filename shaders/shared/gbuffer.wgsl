@@ -56,6 +56,8 @@ fn visible_point(position: vec4f, surface: vec4u, camera_position_world: vec3f) 
     point.brdf.metallic = f32((surface.w >> 8u) & 0xffu) / 255.0;
     point.brdf.f0 = f32(surface.w >> 24u) / 1020.0;
     point.brdf.lambert = (surface.w & SURFACE_LAMBERT) != 0u;
+    // Light is gathered where nothing is transmitted, as in shared/surface.wgsl.
+    point.brdf.phong = SCENE_PHONG;
     point.to_eye = normalize(camera_position_world - position.xyz);
     point.valid = (surface.w & SURFACE_VALID) != 0u;
     point.gatherable = gathers(surface);

@@ -3,6 +3,8 @@
 
 // Some surface is not plain Lambert: GGX or a mirror.
 override SCENE_GLOSSY: bool = true;
+// Glossy surfaces follow [MML13]'s model in place of glTF's, see shared/brdf.wgsl; an alternative, so not among what the defaults handle.
+override SCENE_PHONG: bool = false;
 // Some surface transmits light.
 override SCENE_REFRACTS: bool = true;
 // Some of them through rough interfaces.

@@ -102,6 +102,7 @@ fn surface_at(hit: Hit, direction: vec3f) -> Surface {
     let f = (material.ior - 1.0) / (material.ior + 1.0);
     surface.brdf.f0 = f * f;
     surface.brdf.lambert = (material.flags & MATERIAL_LAMBERT) != 0u;
+    surface.brdf.phong = SCENE_PHONG && material.transmission == 0.0;
 
     surface.emission = vec3f(0.0);
     if (surface.front || (material.flags & MATERIAL_TWO_SIDED) != 0u) && triangle.light != NO_LIGHT {

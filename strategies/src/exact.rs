@@ -20,8 +20,8 @@ use crate::parameter::Assignment;
 use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Strategy, StrategyError};
 use lightloom_graph::wgpu::Limits;
 use lightloom_graph::{BufferDesc, ComputeShader, Graph, WgslSources, shader_struct};
-use lightloom_passes::radiance_desc;
 use lightloom_passes::scene::SceneInfo;
+use lightloom_passes::{SceneShader, radiance_desc};
 
 /// Pairs of pixel and photon in one dispatch.
 const PAIRS_PER_DISPATCH: u64 = 1 << 28;
@@ -67,7 +67,7 @@ pub struct ExactConfig {
 pub struct Exact {
     /// Parameters; may change between frames.
     pub config: ExactConfig,
-    gather: ComputeShader,
+    gather: SceneShader,
     resolve: ComputeShader,
 }
 
@@ -79,7 +79,7 @@ impl Exact {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: ExactConfig::default(),
-            gather: ComputeShader::new(sources, "strategies/exact_gather.wgsl")?,
+            gather: SceneShader::new(sources, "strategies/exact_gather.wgsl")?,
             resolve: ComputeShader::new(sources, "strategies/exact_resolve.wgsl")?,
         })
     }
@@ -115,6 +115,7 @@ impl Strategy for Exact {
         let mut caustic_sum = graph.buffer("exact_caustic_sum", BufferDesc::bytes(16 * pixels));
         graph.clear_buffer(&mut indirect_sum);
         graph.clear_buffer(&mut caustic_sum);
+        let gather = self.gather.variant(frame.scene);
         let chunk = chunk_photons(pixels);
         for first in (0..photons.capacity).step_by(chunk as usize) {
             let params = GatherParams {
@@ -127,7 +128,7 @@ impl Strategy for Exact {
                 ..GatherParams::default()
             };
             graph
-                .compute(&self.gather)
+                .compute(&gather)
                 .params(&params)
                 .read("position", &frame.gbuffer.position)
                 .read("surface", &frame.gbuffer.surface)

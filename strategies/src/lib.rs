@@ -33,6 +33,7 @@ mod pipeline;
 mod point_bounds;
 mod registry;
 mod requirements;
+mod screen_space;
 mod sorted_grid;
 mod splat;
 mod splat_25d;
@@ -61,6 +62,7 @@ pub use pipeline::{
 };
 pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
+pub use screen_space::{Denoiser, ScreenSpace, ScreenSpaceConfig};
 pub use sorted_grid::{SortedGrid, SortedGridConfig};
 pub use splat::{SplatConfig, SplatKernels, SplatPrecision, SplatResolution, SplatShape};
 pub use splat_3d::Splat3d;

@@ -122,7 +122,7 @@ struct ShapeShaders {
 }
 
 /// The words of two sums of three components per pixel, by the names of their bindings.
-struct Sums(Vec<(&'static str, Handle<Buffer>)>);
+pub(crate) struct Sums(pub(crate) Vec<(&'static str, Handle<Buffer>)>);
 
 impl SplatSums {
     /// `sources` with what stands for these sums.
@@ -137,7 +137,7 @@ impl SplatSums {
     }
 
     /// Buffers of zeros for `pixels`, and words of each pixel.
-    fn add(self, graph: &mut Graph<'_>, pixels: u64) -> Sums {
+    pub(crate) fn add(self, graph: &mut Graph<'_>, pixels: u64) -> Sums {
         let names: &[(&'static str, u64)] = match self {
             Self::Fixed => &[("first_low", 4), ("first_high", 3), ("second_low", 3), ("second_high", 3)],
             Self::Float => &[("first_sum", 3), ("second_sum", 3)],
@@ -320,7 +320,7 @@ impl Strategy for SplatCompute {
             SplatShape::Sphere => Estimate { caustic: Some(second), ..Estimate::new(first) },
             SplatShape::Ellipsoid => {
                 let light = Irradiance { irradiance: first, direction: second };
-                let indirect = self.reflect.add(graph, "splat_indirect", frame.camera, frame.gbuffer, &light);
+                let indirect = self.reflect.add(graph, "splat_indirect", frame.scene, frame.camera, frame.gbuffer, &light);
                 Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
             }
         };

@@ -26,6 +26,13 @@ pub trait Strategy {
         true
     }
 
+    /// Whether it estimates caustics and no other indirect light: its `indirect` is its `caustic`. Photons whose first scattering is not
+    /// specular are then not followed. A frame that composes it with another strategy takes the caustics from it and the rest, `indirect`
+    /// less `caustic`, from the other.
+    fn caustics_only(&self) -> bool {
+        false
+    }
+
     /// Largest distance (m) over which it gathers a photon in a frame of `emitted` of them. With it the pipeline stores only photons
     /// that some pixel can gather; `None` keeps all.
     fn reach_m(&self, _info: &SceneInfo, _emitted: u32) -> Option<f32> {

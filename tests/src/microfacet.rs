@@ -1,5 +1,6 @@
-//! Scattering in f64, as the papers write it: glTF 2.0 appendix B and [Walter07].
+//! Scattering in f64, as the papers write it: glTF 2.0 appendix B, [MML13] and [Walter07].
 //!
+//! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
 //! [Walter07]: https://diglib.eg.org/handle/10.2312/EGWR.EGSR07.195-206 "Microfacet models for refraction through rough surfaces, Walter, Marschner, Li and Torrance, EGSR 2007"
 
 use glam::DVec3;
@@ -69,6 +70,40 @@ impl Reflection {
         let fresnel = schlick(self.f0, cos);
         let dielectric = (1.0 - fresnel) * self.base_color / PI + fresnel * facets;
         (1.0 - self.metallic) * dielectric + self.metallic * metal
+    }
+}
+
+/// The glossy model of [MML13] Eq. 6–8, one channel, with the exponent of the GGX lobe of that roughness.
+///
+/// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
+#[derive(Clone, Copy, Debug)]
+pub struct BlinnPhong {
+    /// Base colour.
+    pub base_color: f64,
+    /// Perceptual; α is its square.
+    pub roughness: f64,
+    /// 0 dielectric, 1 metal.
+    pub metallic: f64,
+    /// Reflectance of the dielectric at normal incidence.
+    pub f0: f64,
+}
+
+impl BlinnPhong {
+    /// s.
+    pub fn exponent(&self) -> f64 {
+        2.0 / self.roughness.powi(4) - 2.0
+    }
+
+    /// f (sr⁻¹).
+    pub fn f(&self, wi: DVec3, wo: DVec3) -> f64 {
+        if wi.z <= 0.0 || wo.z <= 0.0 {
+            return 0.0;
+        }
+        let h = (wi + wo).normalize();
+        let f0 = self.metallic * self.base_color + (1.0 - self.metallic) * self.f0;
+        let s = self.exponent();
+        let diffuse = self.base_color * (1.0 - self.metallic) / PI;
+        diffuse + (8.0 + s) * schlick(f0, h.dot(wi).max(0.0)) / (8.0 * PI) * h.z.powf(s)
     }
 }
 

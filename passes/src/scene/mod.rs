@@ -28,6 +28,7 @@ mod load;
 mod material;
 mod mesh;
 mod placement;
+mod reflection;
 mod texture;
 mod traits;
 
@@ -47,6 +48,7 @@ pub use environment::Environment;
 pub use error::SceneError;
 pub use light::{Emission, Light, spot_falloff};
 pub use material::{Alpha, Material};
+pub use reflection::Reflection;
 pub use texture::{TextureData, TextureUse, Wrap};
 pub use traits::SceneTraits;
 pub use upload::{GpuScene, SceneHandles};
@@ -117,6 +119,8 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     /// Surfaces.
     pub materials: Vec<Material>,
+    /// How glossy surfaces reflect.
+    pub reflection: Reflection,
     /// Images that the materials use.
     pub textures: Vec<TextureData>,
     /// Punctual lights.

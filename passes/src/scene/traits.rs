@@ -1,6 +1,6 @@
 //! What the surfaces of a scene ask of the shaders.
 
-use super::{Material, Scene};
+use super::{Material, Reflection, Scene};
 
 /// Which kinds of surface occur; `shared/scene_traits.wgsl`. Kernels leave out what does not: less work where threads run in
 /// lockstep, and fewer registers everywhere.
@@ -9,6 +9,8 @@ use super::{Material, Scene};
 pub struct SceneTraits {
     /// Some surface is not plain Lambert: GGX or a mirror.
     pub glossy: bool,
+    /// Glossy surfaces reflect by [`Reflection::BlinnPhong`]; never set where none is.
+    pub phong: bool,
     /// Some surface transmits light.
     pub refracts: bool,
     /// Some of them through rough interfaces.
@@ -22,9 +24,17 @@ pub struct SceneTraits {
 }
 
 impl Default for SceneTraits {
-    /// Everything may occur.
+    /// Everything that glTF describes may occur.
     fn default() -> Self {
-        Self { glossy: true, refracts: true, rough_refraction: true, textures: true, alpha: true, environment: true }
+        Self {
+            glossy: true,
+            phong: false,
+            refracts: true,
+            rough_refraction: true,
+            textures: true,
+            alpha: true,
+            environment: true,
+        }
     }
 }
 
@@ -39,8 +49,10 @@ impl SceneTraits {
         }
         let any =
             |test: &dyn Fn(&Material) -> bool| scene.materials.iter().zip(&used).any(|(material, &used)| used && test(material));
+        let glossy = any(&|material| !material.is_lambert() && material.transmission < 1.0);
         Self {
-            glossy: any(&|material| !material.is_lambert() && material.transmission < 1.0),
+            glossy,
+            phong: glossy && scene.reflection == Reflection::BlinnPhong,
             refracts: any(&|material| material.transmission > 0.0),
             rough_refraction: any(&Material::may_refract_roughly),
             textures: any(&Material::has_texture),
@@ -55,9 +67,10 @@ impl SceneTraits {
     }
 
     /// The WGSL overrides and their values.
-    pub(crate) fn constants(self) -> [(&'static str, bool); 6] {
+    pub(crate) fn constants(self) -> [(&'static str, bool); 7] {
         [
             ("SCENE_GLOSSY", self.glossy),
+            ("SCENE_PHONG", self.phong),
             ("SCENE_REFRACTS", self.refracts),
             ("SCENE_ROUGH_REFRACTION", self.rough_refraction),
             ("SCENE_TEXTURES", self.textures),
@@ -76,6 +89,7 @@ mod tests {
     fn only_what_occurs_is_asked_for() {
         let none = SceneTraits {
             glossy: false,
+            phong: false,
             refracts: false,
             rough_refraction: false,
             textures: false,
@@ -85,6 +99,10 @@ mod tests {
         assert_eq!(SceneTraits::of(&builtin::cornell()), none);
         let caustics = SceneTraits::of(&builtin::caustics());
         assert_eq!(caustics, SceneTraits { glossy: true, refracts: true, ..none });
+        let [plastic, matt] =
+            [builtin::caustics(), builtin::cornell()].map(|scene| Scene { reflection: Reflection::BlinnPhong, ..scene });
+        assert_eq!(SceneTraits::of(&plastic), SceneTraits { phong: true, ..caustics });
+        assert_eq!(SceneTraits::of(&matt), none, "Lambertian surfaces have no lobe");
         let mut frosted = builtin::caustics();
         frosted.materials.iter_mut().filter(|material| material.transmission > 0.0).for_each(|glass| glass.roughness = 0.3);
         assert_eq!(SceneTraits::of(&frosted), SceneTraits { rough_refraction: true, ..caustics });

@@ -47,7 +47,7 @@ impl Filtering {
             estimate.indirect = match &estimate.irradiance {
                 Some(light) => {
                     let light = filter.irradiance(graph, &common, "indirect", light);
-                    reflect.add(graph, "filtered", camera, gbuffer, &light)
+                    reflect.add(graph, "filtered", scene, camera, gbuffer, &light)
                 }
                 None => filter.radiance(graph, &common, "indirect", &estimate.indirect),
             };

@@ -97,6 +97,7 @@ impl Pipeline {
         let photons = self.strategy.uses_photons().then(|| {
             let mut wanted = settings.photon_settings(frame_index);
             wanted.cull = self.strategy.reach_m(info, wanted.emitted).map(|reach_m| DepositCull::new(camera, reach_m));
+            wanted.caustics_only = self.strategy.caustics_only();
             self.trace_photons(graph, frame, &wanted)
         });
         let photons = photons.transpose()?;

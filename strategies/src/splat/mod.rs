@@ -37,7 +37,7 @@ use lightloom_graph::{
     Buffer, BufferDesc, ComputeShader, Graph, Handle, Load, RasterShader, Texture, TextureDesc, WgslSources, shader_struct,
 };
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{CameraUniform, Irradiance, Photons, ReflectIrradiance, radiance_desc};
+use lightloom_passes::{CameraUniform, Irradiance, Photons, ReflectIrradiance, SceneRasterShader, radiance_desc};
 use std::f32::consts::PI;
 
 /// Sums are what is blended.
@@ -117,7 +117,7 @@ pub(crate) struct Outline {
 /// Draws photons and makes an estimate of the sums.
 #[derive(Debug)]
 pub(crate) struct Splat {
-    sphere: RasterShader,
+    sphere: SceneRasterShader,
     ellipsoid: RasterShader,
     arguments: ComputeShader,
     tiles: DensityTiles,
@@ -152,7 +152,7 @@ impl Splat {
         };
         let compute = |name: &str| ComputeShader::new(sources, &format!("strategies/{name}.wgsl"));
         Ok(Self {
-            sphere: draw("sphere")?,
+            sphere: SceneRasterShader::new(draw("sphere")?),
             ellipsoid: draw("ellipsoid")?,
             arguments: compute("splat_arguments")?,
             tiles: DensityTiles::new(sources)?,
@@ -205,7 +205,7 @@ impl Splat {
         let mut indirect_sum = graph.texture("splat_indirect_sum", TextureDesc::new_2d(frame.size, format));
         let mut caustic_sum = graph.texture("splat_caustic_sum", TextureDesc::new_2d(frame.size, format));
         graph
-            .raster(&self.sphere)
+            .raster(&self.sphere.variant(frame.scene))
             .params(*params)
             .read("photons", &photons.records)
             .read("photon_state", &photons.state)
@@ -274,7 +274,7 @@ impl Splat {
             .write("overflowed", overflowed)
             .dispatch_threads([frame.size[0], frame.size[1], 1]);
         let light = Irradiance { irradiance, direction };
-        let indirect = self.reflect.add(graph, "splat_indirect", frame.camera, gbuffer, &light);
+        let indirect = self.reflect.add(graph, "splat_indirect", frame.scene, frame.camera, gbuffer, &light);
         Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
     }
 
@@ -308,7 +308,7 @@ impl SplatConfig {
 }
 
 /// One over the mean of what is summed, as far as the scene tells: a power of two, which rounds nothing.
-fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
+pub(crate) fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
     let irradiance = info.total_power.max_element() / (4.0 * PI * info.bounds_radius * info.bounds_radius);
     let mean = match shape {
         SplatShape::Sphere => irradiance / PI,

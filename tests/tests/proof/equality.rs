@@ -14,7 +14,7 @@
 use crate::determinism::settings;
 use glam::Vec3;
 use lightloom_passes::Photon;
-use lightloom_passes::scene::{Scene, SceneInfo, builtin};
+use lightloom_passes::scene::{Material, Reflection, Scene, SceneInfo, builtin};
 use lightloom_tests::kernel::Kernel;
 use lightloom_tests::reference::scene_path;
 use lightloom_tests::{Estimates, Estimator, Frame, Lab, Sums, View};
@@ -115,6 +115,18 @@ fn all_estimators_equal_exact_in_the_built_in_scenes() {
         let scene = builtin::by_name(name).expect("the name is known");
         check(&mut lab, &scene, emitted, radius, ["cornell", "caustics"].contains(name));
     }
+}
+
+/// Walls with [MML13]'s lobe beside the diffuse one.
+///
+/// [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
+#[test]
+fn all_estimators_equal_exact_on_blinn_phong_walls() {
+    let Some(mut lab) = Lab::open_blending() else { return };
+    let mut scene = builtin::cornell();
+    scene.materials[0] = Material { roughness: 0.5, metallic: 0.3, ..scene.materials[0].clone() };
+    scene.reflection = Reflection::BlinnPhong;
+    check(&mut lab, &scene, 10_000, 0.2, false);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod animation;
 mod beams;
 mod bias_and_variance;
+mod blinn_phong;
 mod closed_box;
 mod closed_sphere;
 mod convergence;
@@ -23,6 +24,7 @@ mod refraction;
 mod roulette;
 mod rsm;
 mod samplers;
+mod screen_space;
 mod shaders;
 mod sharing;
 mod snapshots;

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 const REFLECT: &str = r"
 fn brdf() -> Brdf {
     return Brdf(params.normal, params.base_color, params.roughness, params.metallic, params.f0,
-        params.roughness >= 1.0 && params.metallic == 0.0 && params.f0 == 0.0);
+        params.roughness >= 1.0 && params.metallic == 0.0 && params.f0 == 0.0, false);
 }
 fn drawn(u: vec4f) -> Drawn {
     let it = brdf_sample(brdf(), params.wo, u.xyz);

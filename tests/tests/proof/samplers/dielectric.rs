@@ -8,7 +8,7 @@ use lightloom_tests::{Cells, Lab, Mean};
 const GLASS: &str = r"
 fn glass() -> Surface {
     var s: Surface;
-    s.brdf = Brdf(params.normal, params.base_color, params.roughness, 0.0, params.f0, false);
+    s.brdf = Brdf(params.normal, params.base_color, params.roughness, 0.0, params.f0, false, false);
     s.normal_geometric = params.normal;
     s.front = params.front != 0u;
     s.transmission = params.transmission;

@@ -5,6 +5,7 @@
 //! compared with f64 code that follows the papers. The mean of the weights, a furnace's albedo, is compared with the integral of
 //! f·cos, which closes the ring: density right, f right, weight right.
 
+mod blinn_phong;
 mod brdf;
 mod dielectric;
 mod emission;
@@ -140,9 +141,16 @@ struct Sampler {
 
 impl Sampler {
     fn new(lab: &Lab, body: &str) -> Self {
+        Self::with_constants(lab, body, &[])
+    }
+
+    /// With values of WGSL `override`s.
+    fn with_constants(lab: &Lab, body: &str, constants: &[(&str, f64)]) -> Self {
         let kernel = |tail: &str| {
             let text = format!("#import \"shared/rng.wgsl\"\n#import \"shared/surface.wgsl\"\n{TEXT}{tail}{body}");
-            ComputeShader::new(&lab.sources.with(&[("sampler.wgsl", &text)]), "sampler.wgsl").expect("the kernel is valid")
+            let shader = ComputeShader::new(&lab.sources.with(&[("sampler.wgsl", &text)]), "sampler.wgsl");
+            let set = |shader: ComputeShader, &(name, value): &(&str, f64)| shader.with_constant(name, value);
+            shader.and_then(|shader| constants.iter().try_fold(shader, set)).expect("the kernel is valid")
         };
         // Whatever scene: the kernels only call functions beside which its bindings are declared.
         let scene = lab.upload(&builtin::plane(1.0));
