@@ -1,14 +1,18 @@
 //! Milliseconds of each strategy beside a kd-tree (crate `kiddo`, f32) that gathers the same photons at the same pixels on all cores, in
 //! one run; and how they grow with photons and pixels.
 //!
-//! `RUSTFLAGS="-C target-cpu=native" cargo bench --manifest-path strategies/benches/Cargo.toml -- SCENE.glb [--photons 500000,…] [--sizes
-//! 960x540,…] [--strategies tiled,…] [--radius M]`; without a scene, a built-in one. Surfaces are Lambertian and radii constant, at their
-//! automatic value for the first number of photons, so that all sums are the same. Photons and points are made once; a
+//! `RUSTFLAGS="-C target-cpu=native" cargo bench --manifest-path strategies/benches/Cargo.toml -- SCENE.glb… [--photons 500000,…] [--sizes
+//! 960x540,…] [--strategies tiled,…] [--radius M] [--table FILE.md]`; a scene may be `builtin:NAME`, and is `builtin:cornell` when not given. Surfaces
+//! are Lambertian and radii constant, at their automatic value for the first number of photons, so that all sums are the same. With
+//! `--table` all is also written as a table of strategies and scenes, beside what [MML13] measured. Photons and points are made once; a
 //! strategy's time is that of its own passes. Rounds alternate between the strategies, and the best of each counts; the
 //! first, which compiles the shaders, does not. The tree's photons are decoded beforehand; its time is build and gathering. CPU times are of all
 //! cores together, and of little weight where the adapter is not a software one.
+//!
+//! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping, Mara, McGuire and Luebke, I3D 2013"
 
 mod kdtree;
+mod table;
 
 use clap::Parser;
 use glam::Vec3;
@@ -22,12 +26,13 @@ use lightloom_passes::{
 };
 use lightloom_strategies::{FrameInputs, KernelRadius, Strategy, by_name};
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use table::Table;
 
 #[derive(Parser)]
 struct Args {
-    /// glTF scene.
-    scene: Option<PathBuf>,
+    /// glTF files, or builtin:NAME.
+    scenes: Vec<PathBuf>,
     /// Photons emitted.
     #[arg(long, value_delimiter = ',', default_value = "500000")]
     photons: Vec<u32>,
@@ -52,6 +57,9 @@ struct Args {
     /// Leave the tree out.
     #[arg(long)]
     no_tree: bool,
+    /// Also write a Markdown table of strategies and scenes.
+    #[arg(long)]
+    table: Option<PathBuf>,
     /// Passed by cargo.
     #[arg(long, hide = true)]
     bench: bool,
@@ -64,32 +72,46 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let args = Args::parse();
-    let mut scene = match &args.scene {
-        Some(path) => Scene::load(path)?,
-        None => builtin::cornell(),
-    };
-    for material in &mut scene.materials {
-        material.metallic = 0.0;
+    let mut args = Args::parse();
+    if args.scenes.is_empty() {
+        args.scenes.push("builtin:cornell".into());
     }
-    scene.make_lambert();
     let gpu = Gpu::new(&GpuRequest::default())?;
-    let mut bench = Bench::new(&gpu, &scene)?;
-    let radius = match args.radius {
-        Some(radius) => radius,
-        None => KernelRadius::default().resolve(&bench.scene.info(), args.photons[0])?.r_max_m,
-    };
-    println!("{}, radius {radius:.4} m, {} bounces; {}", scene.name, args.bounces, gpu.adapter_name());
-    println!(
-        "{:>9} {:>10} {:>9}  {:<14} {:>9} {:>9} {:>9} {:>9}",
-        "photons", "size", "stored", "strategy", "ms", "CPU ms", "faster", "MiB"
-    );
-    for &photons in &args.photons {
-        for &size in &args.sizes {
-            bench.compare(&args, photons, size, radius)?;
+    let mut table = Table::new(&gpu.adapter_name());
+    for path in &args.scenes {
+        let mut scene = load(path)?;
+        for material in &mut scene.materials {
+            material.metallic = 0.0;
+        }
+        scene.make_lambert();
+        let mut bench = Bench::new(&gpu, &scene)?;
+        let radius = match args.radius {
+            Some(radius) => radius,
+            None => KernelRadius::default().resolve(&bench.scene.info(), args.photons[0])?.r_max_m,
+        };
+        println!("{}, radius {radius:.4} m, {} bounces; {}", scene.name, args.bounces, gpu.adapter_name());
+        println!(
+            "{:>9} {:>10} {:>9}  {:<14} {:>9} {:>9} {:>9} {:>9}",
+            "photons", "size", "stored", "strategy", "ms", "CPU ms", "faster", "MiB"
+        );
+        for &photons in &args.photons {
+            for &size in &args.sizes {
+                let stored = bench.compare(&args, photons, size, radius, |strategy, ms| table.add(strategy, ms))?;
+                table.finish_column(&scene.name, size, stored);
+            }
         }
     }
+    if let Some(path) = &args.table {
+        std::fs::write(path, table.markdown()).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
     Ok(())
+}
+
+fn load(path: &Path) -> Result<Scene, Box<dyn Error>> {
+    match path.to_str().and_then(|path| path.strip_prefix("builtin:")) {
+        Some(name) => Ok(builtin::by_name(name).ok_or_else(|| format!("{name}: there is no such built-in scene"))?),
+        None => Ok(Scene::load(path)?),
+    }
 }
 
 struct Bench {
@@ -225,7 +247,15 @@ impl Bench {
         Ok((self.executor.execute(graph)?, read))
     }
 
-    fn compare(&mut self, args: &Args, photons: u32, size: [u32; 2], radius: f32) -> Result<(), Box<dyn Error>> {
+    /// Prints what each took and hands it to `told`; returns how many photons were stored.
+    fn compare(
+        &mut self,
+        args: &Args,
+        photons: u32,
+        size: [u32; 2],
+        radius: f32,
+        mut told: impl FnMut(&str, f64),
+    ) -> Result<usize, Box<dyn Error>> {
         let inputs = self.inputs(args, photons, size, radius)?;
         let mut measured = Vec::new();
         for name in &args.strategies {
@@ -265,6 +295,7 @@ impl Bench {
             let reach = tree.found as f64 / inputs.points.len() as f64;
             let note = format!("build {:.1} ms; {reach:.0} photons in reach of a pixel", tree.build_ms);
             println!("{head}  {:<14} {:>9.1} {:>9.1} {:>9}           {note}", "kiddo", tree.ms(), tree.cpu_ms, "1");
+            told("kiddo (kd-tree, CPU)", tree.ms());
         }
         for Measured { strategy, ms, cpu_ms, image, bytes } in &measured {
             let (mut faster, mut agreement) = (String::new(), String::new());
@@ -275,8 +306,9 @@ impl Bench {
             }
             let mib = *bytes as f64 / f64::from(1 << 20);
             println!("{head}  {:<14} {ms:>9.1} {cpu_ms:>9.1} {faster:>9} {mib:>9.0} {agreement}", strategy.name());
+            told(strategy.name(), *ms);
         }
-        Ok(())
+        Ok(inputs.photons.len())
     }
 }
 
