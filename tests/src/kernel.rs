@@ -149,12 +149,13 @@ impl Kernel {
     }
 
     /// Bound of the relative error when the kernel's integral is replaced by a sum over a square lattice of `spacing`: of the cone
-    /// [`lattice_error`]. The number of lattice points in a disc of n spacings' radius differs from π n² by less than 2 n^(2/3), wherever its centre.
+    /// [`lattice_error`]. The number of lattice points in a disc of n spacings' radius is taken to differ from π n² by less than 3 n^(2/3), wherever
+    /// its centre: no such constant is proven, but for radii of 5 to 45 spacings the largest found is 2.5.
     pub fn lattice_error(self, radius: f64, spacing: f64) -> f64 {
         let n = radius / spacing;
         match self {
             Self::Cone => lattice_error(radius, spacing),
-            Self::Disc => 2.0 * n.powf(2.0 / 3.0) / (PI * n * n),
+            Self::Disc => 3.0 * n.powf(2.0 / 3.0) / (PI * n * n),
         }
     }
 }
@@ -224,8 +225,8 @@ mod tests {
     #[test]
     fn lattices_in_discs_are_counted_within_the_bound() {
         let mut most = 0.0_f64;
-        for radius in [6.0, 8.0, 24.0, 31.0] {
-            let n = radius as i32 + 1;
+        for radius in [5.6, 8.0, 16.0, 22.4, 24.0, 31.0, 44.8] {
+            let n = radius as i32 + 2;
             for shift in 0..64 {
                 let (sx, sy) = (f64::from(shift % 8) / 8.0, f64::from(shift / 8) / 8.0);
                 let within = |i: i32| (f64::from(i % (2 * n) - n) - sx).hypot(f64::from(i / (2 * n) - n) - sy) < radius;
@@ -234,7 +235,7 @@ mod tests {
                 most = most.max(error);
             }
         }
-        assert!(most < 1.0 && most > 0.3, "{most} of the bound");
+        assert!(most < 1.0 && most > 0.8, "{most} of the bound");
         assert!((Kernel::Disc.beside_edge(0.0, 2.0) - 0.5).abs() < 1e-12, "half on the edge");
         assert!((Kernel::Disc.moment(2, 3.0) - 4.5).abs() < 1e-12, "PHYSICS: r²/2");
     }
