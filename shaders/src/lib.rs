@@ -130,6 +130,8 @@ pub const FILES: &[(&str, &str)] = embed![
     "strategies/hash_grid_gather.wgsl",
     "strategies/hash_grid_insert.wgsl",
     "strategies/hash_grid_pack.wgsl",
+    "strategies/k_nearest_pack.wgsl",
+    "strategies/k_nearest_search.wgsl",
     "strategies/list_stats.wgsl",
     "strategies/scatter_lists.wgsl",
     "strategies/sort_lists.wgsl",

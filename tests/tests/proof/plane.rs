@@ -159,6 +159,59 @@ fn even_light_is_flux_per_area_and_half_of_it_on_a_straight_edge() {
     }
 }
 
+/// Check 4 for radii by neighbours, where the density of photons changes and that of light does not: each photon's kernel is normalised, so that
+/// E is Φ/A on either side and in the mean over the seam. (A gather of the k nearest at each point finds too much or too little there.)
+#[test]
+fn radii_by_neighbours_keep_the_flux() {
+    const NEAREST: f64 = 200.0;
+    const VALUE: u32 = 60;
+    let Some(mut lab) = Lab::open() else { return };
+    let scene = lab.upload(&builtin::plane(8.0));
+    // Left of x = 0 each photon of the lattice; right of it one in four, with four times the light, in the middle of the four.
+    let mut photons = Vec::new();
+    for (i, j) in (-HALF..HALF).flat_map(|j| (-HALF..HALF).map(move |i| (i, j))) {
+        let [x, z] = [i, j].map(f64::from);
+        if i < 0 {
+            photons.push(falling_photon((x + 0.5) * SPACING, (z + 0.5) * SPACING, flux_word([VALUE as u8; 3], 0)));
+        } else if i % 2 == 0 && j % 2 == 0 {
+            photons.push(falling_photon((x + 1.0) * SPACING, (z + 1.0) * SPACING, flux_word([4 * VALUE as u8; 3], 0)));
+        }
+    }
+    // A gather and a splat; the others equal `exact`.
+    let mut all = strategies(&lab.sources, 0.05, 0.5);
+    all.retain(|strategy| ["exact", "splat-compute"].contains(&strategy.name()));
+    for strategy in &mut all {
+        strategy.set("nearest", &NEAREST.to_string()).expect("every strategy has it");
+    }
+    let estimates = VIEW.irradiance(&mut lab, &scene, &photons, &mut all);
+    let flux_per_area = irradiance(f64::from(VALUE));
+    // A circle on a lattice that holds n points has the area of n cells, to 3 % of its radius for n = 200 (Gauss' circle problem: at most
+    // 10 points more or less); so the radii, 8 spacings on either side.
+    let radius = (NEAREST / std::f64::consts::PI).sqrt();
+    let bound = flux_per_area * (kernel::lattice_error(0.97 * radius, 1.0) + ROUNDING);
+    // Radii are those of one density as far from the seam as the kernels of the other reach, and as far again.
+    let pure = [-4.0 * radius * SPACING, 4.0 * radius * SPACING];
+    for (strategy, [image, _]) in all.iter().zip(&estimates.layers) {
+        let (mut inside, mut seam) = (0, 0.0_f64);
+        for row in 0..VIEW.size[1] {
+            let mut mean = 0.0;
+            for column in 0..VIEW.size[0] {
+                let (x, found) = (VIEW.point(column, row)[0], image.at(column, row)[0]);
+                mean += found / f64::from(VIEW.size[0]);
+                if x < pure[0] || x > pure[1] {
+                    inside += 1;
+                    let name = strategy.name();
+                    assert!((found - flux_per_area).abs() < bound, "{name} at x = {x}: {found}, Φ/A is {flux_per_area}");
+                }
+            }
+            seam = seam.max((mean - flux_per_area).abs());
+        }
+        println!("{}: worst row mean {:e} of Φ/A off", strategy.name(), seam / flux_per_area);
+        assert!(inside > 300, "{inside} points away from the seam");
+        assert!(seam < bound, "{}: a row's mean is {seam} off Φ/A = {flux_per_area}", strategy.name());
+    }
+}
+
 /// Share of the kernel at distance `x` ≥ 0 inside a straight edge.
 fn inside(x: f64) -> f64 {
     kernel::share_in_rectangle([x, 10.0], [20.0, 20.0], RADIUS)
