@@ -1,7 +1,7 @@
 // Finds the kernel of each photon that holds its k nearest neighbours on the same surface: see k_nearest.rs.
 //
-// The nearest found so far are kept as a bucket queue: how many of them lie at each level of radius. It needs no room for k of
-// them, and what it holds in the end does not depend on the order in which they came.
+// What is found is counted by levels of radius, and levels beyond the k nearest are given up as they fill. That needs no room for k
+// neighbours, and what it comes to does not depend on the order in which they are met.
 #import "shared/dispatch.wgsl"
 #import "shared/estimate.wgsl"
 #import "shared/photon_store.wgsl"
@@ -9,9 +9,9 @@
 
 struct Params {
     grid: SortedGrid,
-    // Kernel radii (m).
+    // The radius of level j is r_min + j · step (m).
     r_min: f32,
-    r_max: f32,
+    step: f32,
     // Distance (m) within which the grid finds everything.
     reach: f32,
     // Photons that the kernel is to hold, itself among them.
@@ -27,43 +27,47 @@ struct Params {
 // In the order of `photons`.
 @group(0) @binding(6) var<storage, read_write> nearest_photons: array<StoredPhoton>;
 
-// Radii r_min + (r_max − r_min) j / 63, the steps of the coarser store.
+// As many as the coarser store has.
 const LEVELS: u32 = 64u;
 // Covers the rounding of distances at a level's edge.
 const SLACK: f32 = 1.00001;
 
-struct Nearest {
-    // Photons at each level, those that are among the nearest `wanted` so far.
+struct Search {
+    // Photons at each level below `levels`, and in all.
     counts: array<u32, LEVELS>,
     found: u32,
-    // Only what lies at a level below can be among them: the farthest one's level, once all are found.
-    limit: u32,
+    // The last of them is the radius sought, unless nearer photons are still to come.
+    levels: u32,
 }
 
-fn add_neighbour(nearest: ptr<function, Nearest>, distance: f32) {
-    let level = u32(clamp(ceil((distance - params.r_min) / (params.r_max - params.r_min) * f32(LEVELS - 1u)), 0.0, f32(LEVELS)));
-    if level >= (*nearest).limit {
-        return;
+fn add_neighbour(search: ptr<function, Search>, distance: f32) {
+    let level = u32(clamp(ceil((distance - params.r_min) / params.step), 0.0, f32(LEVELS)));
+    if level < (*search).levels {
+        (*search).counts[level] += 1u;
+        (*search).found += 1u;
     }
-    (*nearest).counts[level] += 1u;
-    if (*nearest).found < params.wanted {
-        (*nearest).found += 1u;
-    } else {
-        (*nearest).counts[(*nearest).limit] -= 1u;
-    }
-    if (*nearest).found == params.wanted {
-        var last = min((*nearest).limit, LEVELS - 1u);
-        while last > 0u && (*nearest).counts[last] == 0u {
-            last -= 1u;
+}
+
+// Gives up levels while those below hold enough.
+fn narrow(search: ptr<function, Search>) {
+    while (*search).levels > 1u {
+        let below = (*search).found - (*search).counts[(*search).levels - 1u];
+        if below < params.wanted {
+            break;
         }
-        (*nearest).limit = last;
+        (*search).found = below;
+        (*search).levels -= 1u;
     }
 }
 
-// Distance (m) beyond which no neighbour is among the nearest.
-fn search_reach(limit: u32) -> f32 {
-    let share = f32(limit - 1u) / f32(LEVELS - 1u);
-    return min((params.r_min + (params.r_max - params.r_min) * share) * SLACK, params.reach);
+// No photon can narrow it any more.
+fn is_done(search: ptr<function, Search>) -> bool {
+    return (*search).levels == 1u && (*search).found >= params.wanted;
+}
+
+// Distance (m) beyond which photons do not matter.
+fn search_reach(search: ptr<function, Search>) -> f32 {
+    return min((params.r_min + params.step * f32((*search).levels - 1u)) * SLACK, params.reach);
 }
 
 fn distance2(i: u32, position: vec3f) -> f32 {
@@ -77,9 +81,9 @@ fn reach_bit(first: u32, i: u32, last: u32, position: vec3f, reach2: f32) -> u32
 
 // Looks through a run of candidates. Tests 32 of them first and then adds those within reach, eight tests to a turn of the loop:
 // as in gather_run.wgsl.
-fn search_run(nearest: ptr<function, Nearest>, position: vec3f, normal: vec3f, run: vec2u) {
-    for (var first = run.x; first < run.y && (*nearest).limit > 0u; first += 32u) {
-        let reach = search_reach((*nearest).limit);
+fn search_run(search: ptr<function, Search>, position: vec3f, normal: vec3f, run: vec2u) {
+    for (var first = run.x; first < run.y && !is_done(search); first += 32u) {
+        let reach = search_reach(search);
         let reach2 = reach * reach;
         var near = 0u;
         let batch = min(32u, run.y - first);
@@ -95,9 +99,10 @@ fn search_run(nearest: ptr<function, Nearest>, position: vec3f, normal: vec3f, r
             let i = first + firstTrailingBit(near);
             near &= near - 1u;
             if dot(octahedral_decode(textureLoad(sorted_points, sorted_texel(i), 0).w), normal) >= MIN_NORMAL_COSINE {
-                add_neighbour(nearest, sqrt(distance2(i, position)));
+                add_neighbour(search, sqrt(distance2(i, position)));
             }
         }
+        narrow(search);
     }
 }
 
@@ -110,21 +115,20 @@ fn k_nearest_search(@builtin(global_invocation_id) id: vec3u, @builtin(num_workg
     let here = textureLoad(sorted_points, sorted_texel(index), 0);
     let position = bitcast<vec3f>(here.xyz);
     let normal = octahedral_decode(here.w);
-    var nearest: Nearest;
-    nearest.limit = LEVELS;
+    var search: Search;
+    search.levels = LEVELS;
     let first = vec2i(floor(cell_place(params.grid, position - params.reach).yz));
     let last = vec2i(floor(cell_place(params.grid, position + params.reach).yz));
     let span = vec2u(last - first) + 1u;
     // Its own row first: what is found there narrows the search in the others.
     let own = vec2u(vec2i(floor(cell_place(params.grid, position).yz)) - first);
-    for (var z = 0u; z < span.y && nearest.limit > 0u; z++) {
-        for (var y = 0u; y < span.x && nearest.limit > 0u; y++) {
+    for (var z = 0u; z < span.y && !is_done(&search); z++) {
+        for (var y = 0u; y < span.x && !is_done(&search); y++) {
             let row = first + vec2i((own + vec2u(y, z)) % span);
-            let buckets = row_buckets(params.grid, row, position, position, search_reach(nearest.limit));
-            search_run(&nearest, position, normal, vec2u(bucket_offsets[buckets.x], bucket_offsets[buckets.y]));
+            let buckets = row_buckets(params.grid, row, position, position, search_reach(&search));
+            search_run(&search, position, normal, vec2u(bucket_offsets[buckets.x], bucket_offsets[buckets.y]));
         }
     }
     let entry = bucket_entries[index];
-    let level = min(nearest.limit, LEVELS - 1u);
-    nearest_photons[entry] = photon_with_radius(photons[entry], f32(level) / f32(LEVELS - 1u));
+    nearest_photons[entry] = photon_with_radius(photons[entry], f32(search.levels - 1u) / f32(LEVELS - 1u));
 }

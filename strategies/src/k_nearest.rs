@@ -22,9 +22,9 @@
 //! The neighbours are those stored: the pipeline leaves out photons that no pixel gathers, so [`KernelRadius::nearest`] makes it keep them within twice
 //! `r_max` of the view; but for neighbours on surfaces that bend away from the eye by 60° more within `r_max`.
 //!
-//! The grid is that of `sorted-grid`. The search costs what a gather at every stored photon would, less what it saves: it stops narrowing once k photons lie within `r_min`, and looks no
-//! farther than the k-th found so far. A driver that ends loops early (llvmpipe, after 65,535 turns of eight candidates) leaves
-//! a radius too wide, never too narrow, and no light is lost.
+//! The grid is that of `sorted-grid`. The search costs what a gather at every stored photon would, less what it saves: it ends once k photons lie within
+//! `r_min`, and looks no farther than the k-th found so far. A driver that ends loops early (llvmpipe, after 65,535 turns of up to eight candidates)
+//! leaves a radius too wide, never too narrow, and no light is lost.
 //!
 //! [Breiman77]: https://doi.org/10.1080/00401706.1977.10489521 "Variable kernel estimates of multivariate densities, Breiman, Meisel and Purcell, Technometrics 19(2), 1977"
 //! [Silverman86]: https://doi.org/10.1201/9781315140919 "Density estimation for statistics and data analysis, Silverman, 1986"
@@ -37,15 +37,17 @@ use lightloom_graph::{BufferDesc, ComputeShader, Graph, TextureDesc, WgslSources
 use lightloom_passes::Photons;
 use lightloom_passes::scene::SceneInfo;
 
-/// Rows of the grid across the widest kernel.
-const ROWS: u32 = 4;
+/// Rows of the grid across the widest kernel, as `sorted-grid` has them.
+const ROWS: u32 = 2;
+/// Steps from `r_min` to `r_max`: `LEVELS` of the shader, less one.
+const STEPS: f32 = 63.0;
 
 shader_struct! {
     /// Parameters of `k_nearest_search`.
     struct SearchParams {
         grid: Grid,
         r_min: f32,
-        r_max: f32,
+        step: f32,
         reach: f32,
         wanted: u32,
     }
@@ -97,7 +99,7 @@ impl KNearest {
         let params = SearchParams {
             grid,
             r_min: radii.r_min_m,
-            r_max: radii.r_max_m,
+            step: (radii.r_max_m - radii.r_min_m) / STEPS,
             reach,
             // And itself.
             wanted: nearest.get().saturating_add(1),

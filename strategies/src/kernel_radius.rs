@@ -180,7 +180,7 @@ mod tests {
         let numbers = ["-1", "0", "1.5", "4294967296", "all"].map(|value| ("nearest", value));
         for (key, value) in lengths.into_iter().chain(numbers) {
             let error = set(key, value).unwrap_err().to_string();
-            assert!(error.contains(key) && error.contains(value) && error.contains("is needed"), "{error}");
+            assert!(error.contains(key) && error.contains(value), "{error}");
         }
         assert!(!set("colour", "1").unwrap(), "an unknown key is left to others");
         assert!(set("r_max", "0.25").unwrap() && set("r_min", "auto").unwrap());

@@ -26,8 +26,8 @@ pub trait Strategy {
         true
     }
 
-    /// Largest distance (m) over which it gathers a photon in a frame of `emitted` of them. With it the pipeline stores only photons
-    /// that some pixel can gather; `None` keeps all.
+    /// How far (m) from what is seen a photon counts in a frame of `emitted` of them: gathered, or as a neighbour of those that are. With it the pipeline
+    /// stores only photons that count; `None` keeps all.
     fn reach_m(&self, _info: &SceneInfo, _emitted: u32) -> Option<f32> {
         None
     }
