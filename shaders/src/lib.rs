@@ -124,6 +124,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/view_points.wgsl",
     "shared/warp.wgsl",
     "shared/workgroup_scan.wgsl",
+    "strategies/auto_measure.wgsl",
     "strategies/density_tiles.wgsl",
     "strategies/exact_gather.wgsl",
     "strategies/exact_resolve.wgsl",

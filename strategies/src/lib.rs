@@ -20,7 +20,9 @@
 //! # }
 //! ```
 
+mod auto;
 mod density_tiles;
+mod device_traits;
 mod error;
 mod exact;
 mod gather_sampling;
@@ -47,7 +49,9 @@ mod test_scene;
 mod tiled;
 mod view_grid;
 
+pub use auto::{Auto, AutoConfig};
 pub use density_tiles::DensityTiles;
+pub use device_traits::DeviceTraits;
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
 pub use gather_sampling::GatherSampling;

@@ -2,7 +2,7 @@
 
 use lightloom_graph::WgslSources;
 
-use crate::{Exact, HashGrid, Path, SortedGrid, Splat3d, Splat25d, SplatCompute, Strategy, StrategyError, Tiled, ViewGrid};
+use crate::{Auto, Exact, HashGrid, Path, SortedGrid, Splat3d, Splat25d, SplatCompute, Strategy, StrategyError, Tiled, ViewGrid};
 
 /// A strategy that can be built.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,7 @@ pub fn registry() -> &'static [Entry] {
         Entry { name: Splat3d::NAME, build: |sources| Ok(Box::new(Splat3d::new(sources)?)) },
         Entry { name: Splat25d::NAME, build: |sources| Ok(Box::new(Splat25d::new(sources)?)) },
         Entry { name: SplatCompute::NAME, build: |sources| Ok(Box::new(SplatCompute::new(sources)?)) },
+        Entry { name: Auto::NAME, build: |sources| Ok(Box::new(Auto::new(sources)?)) },
         Entry { name: Path::NAME, build: |sources| Ok(Box::new(Path::new(sources)?)) },
     ]
 }
