@@ -15,12 +15,12 @@
 //! On the surface of P is what has its normal within 60° of that of P, as where light is gathered; the other side of a wall is not. A photon
 //! with fewer than k neighbours within `r_max` has the radius `r_max`. Photons in the same place are neighbours at the distance 0.
 //!
-//! The radius is kept as a path probability, which is what all strategies read. 64 steps are what the compact store has of it: one is 1/63 of
-//! `r_max − r_min`, and the estimate of d from k photons is uncertain by 1/(2√k) of itself. The larger record keeps half floats of ρ, which are finer, but
-//! within three steps of `r_min` up to half a step off. Ellipsoidal splats have sizes of their own and no use for ρ.
+//! The radius is kept as a path probability, which is what all strategies read. 64 radii are what the compact store has of it, a 63rd of
+//! `r_max − r_min` apart; d itself, found from k photons, is uncertain by 1/(2√k) of itself. The larger record keeps ρ as a half float, which is
+//! finer, but up to half a step off for the three radii next to `r_min`. Ellipsoidal splats have sizes of their own and no use for ρ.
 //!
-//! The neighbours are those stored: the pipeline leaves out photons that no pixel gathers, so [`KernelRadius::nearest`] makes it keep them within twice
-//! `r_max` of the view; but for neighbours on surfaces that bend away from the eye by 60° more within `r_max`.
+//! The neighbours are those stored. The pipeline leaves out photons that no pixel gathers; with [`KernelRadius::nearest`] it keeps them within
+//! twice `r_max` of the view, but for neighbours on surfaces that bend away from the eye by 60° more within `r_max`.
 //!
 //! The grid is that of `sorted-grid`. The search costs what a gather at every stored photon would, less what it saves: it ends once k photons lie within
 //! `r_min`, and looks no farther than the k-th found so far. A driver that ends loops early (llvmpipe, after 65,535 turns of up to eight candidates)

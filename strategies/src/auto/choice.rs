@@ -1,7 +1,7 @@
 //! The cost of each candidate, predicted from what was measured, and the choice.
 //!
-//! With N photons stored, P pixels that gather, n photons in reach of a pixel, m of them in the rows that `sorted-grid` looks through, T tiles that
-//! t photons meet each, and F = seen · covered pixels that kernels cover:
+//! With N photons stored, P pixels that gather, n photons in reach of a pixel, m in the rows that `sorted-grid` looks through for it,
+//! T tiles that t photons meet each, and F = seen · covered pixels that kernels cover:
 //!
 //! ```text
 //!                 photons   pixels   entries   candidates   summands
@@ -12,13 +12,15 @@
 //! splat-compute     b N     + p P              + c F        + s P n      likewise, without the rasteriser
 //! ```
 //!
-//! [`Costs::SOFTWARE`] were fitted to lavapipe (Mesa 22.3.6), to the CPU time of the passes of 14 frames: five scenes, 80 to 145,000 photons stored, 14,400 to 230,400 pixels, 0.1 to 180
-//! photons in reach of a pixel. Their predictions are within 10 % (`tiled`), 20 % (splats) and 40 % (`sorted-grid`) of what was measured, in the
-//! root mean square of the logarithm. In 12 of the frames the cheapest was predicted to be so, in the others what took 1.1 and 1.3 times its time.
+//! [`Costs::SOFTWARE`] were fitted to lavapipe (Mesa 22.3.6, LLVM 15, 256 bits): to the CPU time of 14 frames of five scenes, with 80 to
+//! 145,000 photons stored, 14,400 to 230,400 pixels, and 0.1 to 180 photons in reach of a pixel; least of three rounds each. They predict
+//! what they were fitted to within 9 % (`tiled`), 21 % (splats) and 38 % (`sorted-grid`), as the root mean square of the logarithm. In
+//! 12 of the frames what was predicted to be the cheapest was; in the others it took 1.1 and 1.3 times the time of the cheapest.
 //!
-//! [`Costs::HARDWARE`] were measured nowhere. They are reasoned, in loads of 16 bytes and what takes as long, for some device with raster units: a splat's pixels cost a load and a blend
-//! each and nothing else, so that few photons or kernels of few pixels are splatted; dense photons are gathered, by `tiled` where tiles
-//! are flat, for then a fetch serves 64 pixels, and by `sorted-grid` where they are deep.
+//! [`Costs::HARDWARE`] were measured nowhere. They are reasoned, in loads of 16 bytes and what takes as long, for a device with raster
+//! units: where few photons are near, a frame of splats costs little beyond its pixels, so that few photons and kernels of few pixels are
+//! splatted; dense photons are gathered, by `tiled` where tiles are flat, for then a fetch serves 64 pixels, and by `sorted-grid` where
+//! they are deep.
 
 use super::measure::{Measures, TILE};
 use lightloom_graph::wgpu::DeviceType;

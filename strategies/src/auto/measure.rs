@@ -1,8 +1,8 @@
 //! Measures, on a sample of pixels and photons, what the cost of strategies hangs on.
 //!
-//! Reads: G-buffer, photons. Writes: [`Counts`]. A workgroup for each of up to 192 tiles of 8 × 8 pixels, spread over the image, and up to 16,384
-//! photons, spread over the store: some 3 million pairs, 1/20 of what a small frame gathers. With a density of n photons in reach of a pixel out of N stored, some 3·10⁶ n/N pairs are
-//! in reach: the density of 17 out of 400,000 is known to a tenth.
+//! Reads: G-buffer, photons. Writes: `auto_counts`, a word per name. A workgroup for each of up to 192 tiles of 8 × 8 pixels, spread over
+//! the image, compares them with up to 16,384 photons, spread over the store: 3 million pairs. Of n photons in reach of a pixel, out of N
+//! stored, 3·10⁶ n/N pairs tell: a density of 17 out of 400,000 is known to a tenth.
 
 use crate::{Radii, Stats, StrategyError};
 use lightloom_graph::{BufferDesc, ComputeShader, Graph, WgslSources, shader_struct};

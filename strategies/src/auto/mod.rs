@@ -6,12 +6,14 @@
 //! further frames of the kind:    estimate by the choice
 //! ```
 //!
-//! Frames are of a kind if image size, numbers of photons and parameters are the same, and the scene as far as its extent and its lights tell; cameras may move.
-//! [`Pipeline::measure`](crate::Pipeline::measure) measures without rendering, for those who render one frame.
+//! Frames are of a kind if image size, number of photons and parameters are the same, and the scene as far as its extent, its triangles
+//! and its lights tell; cameras may move. [`Pipeline::measure`](crate::Pipeline::measure) measures without rendering, for those who render
+//! one frame.
 //!
-//! The candidates are `sorted-grid`, `tiled`, `splat-2.5d` with 32-bit targets, `splat-compute` and `exact`: whichever is chosen, the image is that of the others to the rounding of
-//! sums. `hash-grid` and `view-grid` are not among them: what they search `sorted-grid` and `tiled` search in less time, wherever it was
-//! measured; nor is `splat-3d`, whose hulls cover more than the polygons of `splat-2.5d`. `choice.rs` has the costs.
+//! The candidates are `sorted-grid`, `tiled`, `splat-2.5d` with 32-bit targets, `splat-compute` and `exact`: whichever is chosen, the image
+//! is that of the others to the rounding of sums. `hash-grid` and `view-grid` are not among them: what they search, `sorted-grid` and
+//! `tiled` search in less time or about the same, wherever it was measured; nor is `splat-3d`, whose hulls cover more than the polygons of
+//! `splat-2.5d`. `choice.rs` has the costs.
 
 mod choice;
 mod measure;
@@ -38,7 +40,8 @@ pub struct AutoConfig {
 
 /// The strategy `auto`.
 pub struct Auto {
-    config: AutoConfig,
+    /// Parameters; may change between frames.
+    pub config: AutoConfig,
     sources: WgslSources,
     nearest: KNearest,
     measure: Measure,
@@ -54,8 +57,9 @@ pub struct Auto {
 }
 
 /// What frames have in common that one choice serves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Kind {
+    radius: KernelRadius,
     size: [u32; 2],
     emitted: u32,
     capacity: u32,
@@ -80,8 +84,9 @@ impl std::fmt::Debug for Auto {
 }
 
 impl Kind {
-    fn of(size: [u32; 2], info: &SceneInfo, photons: &Photons) -> Self {
+    fn of(radius: KernelRadius, size: [u32; 2], info: &SceneInfo, photons: &Photons) -> Self {
         Self {
+            radius,
             size,
             emitted: photons.emitted,
             capacity: photons.capacity,
@@ -181,7 +186,7 @@ impl Strategy for Auto {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
-        let kind = Kind::of(frame.size, frame.info, photons);
+        let kind = Kind::of(self.config.radius, frame.size, frame.info, photons);
         let known = self.choices.iter().find(|choice| choice.kind == kind);
         let is_known = known.is_some();
         let candidate = known.or(self.choices.last()).map_or(Candidate::SortedGrid, |choice| choice.candidate);
@@ -232,14 +237,7 @@ impl Strategy for Auto {
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
         let assignment = Assignment { strategy: Self::NAME, key, value };
-        let before = self.config;
-        if !self.config.radius.set(&assignment)? {
-            return Err(assignment.unknown(&self.parameters()));
-        }
-        if self.config != before {
-            self.choices.clear();
-        }
-        Ok(())
+        if self.config.radius.set(&assignment)? { Ok(()) } else { Err(assignment.unknown(&self.parameters())) }
     }
 
     fn parameters(&self) -> Vec<Parameter> {
