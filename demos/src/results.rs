@@ -137,6 +137,9 @@ pub struct StrategyResult {
     pub photons: PhotonCounts,
     /// All zero for a strategy without photons.
     pub flux: Flux,
+    /// What the strategy chose, and why; left out if it has nothing to choose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub choice: Option<String>,
     /// Mean of (x − r)²/(r² + 0.01); `null` without a reference.
     pub relmse: Option<f64>,
     /// Mean of the image over the mean of the reference; `null` without a reference.
@@ -149,6 +152,13 @@ pub struct StrategyResult {
     pub nonfinite_pixels: u64,
     /// File names beside this one.
     pub files: Vec<String>,
+}
+
+impl StrategyResult {
+    /// The choice as a line for people.
+    pub(crate) fn said_choice(&self) -> Option<String> {
+        self.choice.as_ref().map(|choice| format!("{}: {choice}", self.name))
+    }
 }
 
 /// One pass of a frame.

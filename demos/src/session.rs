@@ -208,7 +208,7 @@ impl Session {
         Ok(rendering)
     }
 
-    /// Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
+    /// A strategy that chooses by what it measures does so first, at full size. Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
     /// so that the times are those of the work. llvmpipe compiles apart for sides that are powers of two.
     fn warm_up(&mut self, strategy: &str, settings: &Settings) -> Result<(), Error> {
         if !self.warm.insert(strategy.to_owned()) {
@@ -218,6 +218,7 @@ impl Session {
         let thumbnail = Settings { size, photons: 64, frames: settings.frames.min(2), profile: false, ..settings.clone() };
         let pipeline = find(&mut self.pipelines, strategy)?;
         let executor = self.executor.as_mut().ok_or_else(no_adapter)?;
+        pipeline.measure(executor, &self.scene, &self.camera, settings, &mut |_| cancel::flow())?;
         pipeline.render(executor, &self.scene, &self.camera, &thumbnail, &mut |_| cancel::flow())?;
         Ok(())
     }
@@ -356,7 +357,7 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
     let frames = f64::from(settings.frames);
     let gpu_ms = rendered.gpu_ms().map(|ms| ms / frames);
     let photons = rendered.photons.unwrap_or_default();
-    let Rendered { size, layers, passes, timing, memory, mut warnings, .. } = rendered;
+    let Rendered { size, layers, passes, timing, memory, choice, mut warnings, .. } = rendered;
     let image = layers.into_iter().find(|image| image.layer == layer).ok_or_else(|| no_layer(strategy, layer))?;
     let picture = Picture::new(size, image.pixels);
     let nonfinite_pixels = picture.nonfinite_pixels();
@@ -386,6 +387,7 @@ fn rendering(strategy: &str, settings: &Settings, rendered: Rendered, wall_ms: f
             escaped: photons.flux.escaped,
             terminated: photons.flux.terminated,
         },
+        choice,
         wall_ms,
         nonfinite_pixels,
         ..StrategyResult::default()

@@ -612,9 +612,10 @@ fn adapters_lists_strategies() {
     let text = String::from_utf8_lossy(&output.stdout);
     if has_adapter() {
         assert!(output.status.success(), "{text}");
-        for name in ["exact", "tiled", "hash-grid", "sorted-grid", "view-grid", "splat-3d", "splat-2.5d", "splat-compute", "path"]
+        for name in
+            ["exact", "tiled", "hash-grid", "sorted-grid", "view-grid", "splat-3d", "splat-2.5d", "splat-compute", "auto", "path"]
         {
-            assert!(text.contains(name), "{name} is missing:\n{text}");
+            assert!(text.contains(&format!("strategy {name}: ")), "{name} is missing:\n{text}");
         }
     }
 }

@@ -94,3 +94,10 @@ fn photon_load(stored: StoredPhoton, grid: PhotonGrid) -> Photon {
         ((stored.direction >> 30u) + 1u) | flags | (pack2x16float(vec2f(min(footprint, 65504.0), 0.0)) << 16u),
     );
 }
+
+// The photon with another path probability ρ = 1 − share²: the kernel radius r_min + (r_max − r_min) share.
+fn photon_with_radius(stored: StoredPhoton, share: f32) -> StoredPhoton {
+    var photon = stored;
+    photon.direction = insertBits(stored.direction, u32(round(share * 63.0)), 24u, 6u);
+    return photon;
+}

@@ -17,7 +17,7 @@
 //! [MML13]: https://doi.org/10.1145/2448196.2448207 "Toward practical real-time photon mapping: efficient GPU density estimation, Mara, McGuire and Luebke, 2013"
 
 use crate::parameter::Assignment;
-use crate::{Estimate, FrameInputs, KernelRadius, Parameter, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, KNearest, KernelRadius, Parameter, Strategy, StrategyError};
 use lightloom_graph::wgpu::Limits;
 use lightloom_graph::{BufferDesc, ComputeShader, Graph, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
@@ -67,6 +67,7 @@ pub struct ExactConfig {
 pub struct Exact {
     /// Parameters; may change between frames.
     pub config: ExactConfig,
+    nearest: KNearest,
     gather: SceneShader,
     resolve: ComputeShader,
 }
@@ -79,6 +80,7 @@ impl Exact {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: ExactConfig::default(),
+            nearest: KNearest::new(sources),
             gather: SceneShader::new(sources, "strategies/exact_gather.wgsl")?,
             resolve: ComputeShader::new(sources, "strategies/exact_resolve.wgsl")?,
         })
@@ -100,6 +102,8 @@ impl Strategy for Exact {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
+        let by_neighbours = self.nearest.add(graph, frame.info, photons, &self.config.radius)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
         let pixels = u64::from(frame.size[0]) * u64::from(frame.size[1]);
         if 16 * pixels > Limits::defaults().max_storage_buffer_binding_size {

@@ -19,7 +19,7 @@
 use crate::gather_sampling::{Gather, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
-use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KNearest, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::Photons;
@@ -76,6 +76,7 @@ pub struct HashGridConfig {
 pub struct HashGrid {
     /// Parameters; may change between frames.
     pub config: HashGridConfig,
+    nearest: KNearest,
     insert: ComputeShader,
     scatter: ScatterLists,
     sort: SortLists,
@@ -92,6 +93,7 @@ impl HashGrid {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: HashGridConfig::default(),
+            nearest: KNearest::new(sources),
             insert: ComputeShader::new(sources, "strategies/hash_grid_insert.wgsl")?,
             scatter: ScatterLists::new(sources)?,
             sort: SortLists::new(sources)?,
@@ -148,6 +150,8 @@ impl Strategy for HashGrid {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
+        let by_neighbours = self.nearest.add(graph, frame.info, photons, &self.config.radius)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
         let sampling = self.config.sampling;
         let points = self.gather.points(graph, frame, &sampling);

@@ -20,11 +20,14 @@
 //! # }
 //! ```
 
+mod auto;
 mod density_tiles;
+mod device_traits;
 mod error;
 mod exact;
 mod gather_sampling;
 mod hash_grid;
+mod k_nearest;
 mod kernel_radius;
 mod parameter;
 mod path;
@@ -47,11 +50,14 @@ mod test_scene;
 mod tiled;
 mod view_grid;
 
+pub use auto::{Auto, AutoConfig};
 pub use density_tiles::DensityTiles;
+pub use device_traits::DeviceTraits;
 pub use error::StrategyError;
 pub use exact::{Exact, ExactConfig};
 pub use gather_sampling::GatherSampling;
 pub use hash_grid::{HashGrid, HashGridConfig};
+pub use k_nearest::KNearest;
 pub use kernel_radius::{KernelRadius, Radii};
 pub use parameter::Parameter;
 pub use path::{Path, PathConfig};

@@ -47,7 +47,7 @@
 use crate::gather_sampling::{Gather, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{ListStats, PhotonLists, Ranked, ScatterLists, SortLists};
-use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KNearest, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use glam::Vec3;
 use lightloom_graph::{
     BufferDesc, ComputeShader, Graph, Handle, Texture, TextureDesc, WgslSources, shader_struct, wgpu::TextureFormat,
@@ -60,7 +60,7 @@ const REACH_SLACK: f32 = 1.00001;
 /// Rows are this much wider than their share of the search sphere, so that rounding never makes it touch one more.
 const CELL_SLACK: f32 = 1.0001;
 /// Cells along a row to the width of the row.
-const CELLS_PER_WIDTH: f32 = 4.0;
+pub(crate) const CELLS_PER_WIDTH: f32 = 4.0;
 /// Cells per axis at the most: their coordinates keep whole numbers of an f32.
 const MAX_CELLS: f32 = 1e6;
 /// Two cell coordinates are rounded by 2 · 2⁻²⁴ of their size each, and by half of that where they are subtracted.
@@ -70,7 +70,7 @@ const ROUNDING: f32 = 5.0 / 16_777_216.0;
 const AUTO_ROWS: u32 = 2;
 const MAX_ROWS: u32 = 4;
 /// Width of the textures that hold the sorted photons, as in `sorted_texel` of `shared/sorted_grid.wgsl`.
-const PHOTONS_PER_ROW: u32 = 4096;
+pub(crate) const PHOTONS_PER_ROW: u32 = 4096;
 /// Bits of the number of buckets: enough that the rows of a neighbourhood lie apart, and 64 MiB of offsets.
 const MIN_BUCKET_BITS: u32 = 12;
 const MAX_BUCKET_BITS: u32 = 24;
@@ -90,8 +90,8 @@ shader_struct! {
 
 shader_struct! {
     /// Parameters of `sorted_grid_count`.
-    struct CountParams {
-        grid: Grid,
+    pub(crate) struct CountParams {
+        pub(crate) grid: Grid,
     }
 }
 
@@ -138,6 +138,7 @@ pub struct SortedGridConfig {
 pub struct SortedGrid {
     /// Parameters; may change between frames.
     pub config: SortedGridConfig,
+    nearest: KNearest,
     count: ComputeShader,
     scatter: ScatterLists,
     sort: SortLists,
@@ -160,6 +161,7 @@ impl SortedGrid {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: SortedGridConfig::default(),
+            nearest: KNearest::new(sources),
             count: ComputeShader::new(sources, "strategies/sorted_grid_count.wgsl")?,
             scatter: ScatterLists::new(sources)?,
             sort: SortLists::new(sources)?,
@@ -221,6 +223,8 @@ impl Strategy for SortedGrid {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
+        let by_neighbours = self.nearest.add(graph, frame.info, photons, &self.config.radius)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
         let sampling = self.config.sampling;
         let points = self.gather.points(graph, frame, &sampling);
@@ -308,7 +312,7 @@ fn extent(scene: &SceneInfo) -> f32 {
 }
 
 /// A bucket for one to two photons.
-fn automatic_bits(photons: u32) -> u32 {
+pub(crate) fn automatic_bits(photons: u32) -> u32 {
     (photons / 2).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
 }
 

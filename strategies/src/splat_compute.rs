@@ -41,7 +41,8 @@
 use crate::parameter::Assignment;
 use crate::splat::SplatParams;
 use crate::{
-    DensityTiles, Estimate, FrameInputs, Parameter, Requirements, SplatKernels, SplatShape, Stats, Strategy, StrategyError,
+    DensityTiles, Estimate, FrameInputs, KNearest, Parameter, Requirements, SplatKernels, SplatShape, Stats, Strategy,
+    StrategyError,
 };
 use lightloom_graph::wgpu::Features;
 use lightloom_graph::{
@@ -98,6 +99,7 @@ pub struct SplatComputeConfig {
 pub struct SplatCompute {
     /// Parameters; may change between frames.
     pub config: SplatComputeConfig,
+    nearest: KNearest,
     fixed: Shaders,
     float: Shaders,
     tiles: DensityTiles,
@@ -200,6 +202,7 @@ impl SplatCompute {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: SplatComputeConfig { kernels: SplatKernels::new(SplatShape::Sphere), sums: None },
+            nearest: KNearest::new(sources),
             fixed: Shaders::new(&SplatSums::Fixed.shaders(sources)?)?,
             float: Shaders::new(&SplatSums::Float.shaders(sources)?)?,
             tiles: DensityTiles::new(sources)?,
@@ -295,6 +298,8 @@ impl Strategy for SplatCompute {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
+        let by_neighbours = self.config.kernels.by_neighbours(&mut self.nearest, graph, frame, photons)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let params = self.config.kernels.params(frame, photons)?;
         let shape = self.config.kernels.shape;
         let sums = self.sums(frame.deterministic);

@@ -1,7 +1,7 @@
 //! The trait behind which every estimator stands, and what passes through it.
 
 use crate::parameter::Assignment;
-use crate::{Parameter, Requirements, StrategyError};
+use crate::{DeviceTraits, Parameter, Requirements, StrategyError};
 use lightloom_graph::{Buffer, Graph, Handle, Texture};
 use lightloom_passes::scene::{SceneHandles, SceneInfo};
 use lightloom_passes::{CameraUniform, GBuffer, Irradiance, Photons};
@@ -33,8 +33,8 @@ pub trait Strategy {
         false
     }
 
-    /// Largest distance (m) over which it gathers a photon in a frame of `emitted` of them. With it the pipeline stores only photons
-    /// that some pixel can gather; `None` keeps all.
+    /// How far (m) from what is seen a photon counts in a frame of `emitted` of them: gathered, or as a neighbour of those that are. With it the pipeline
+    /// stores only photons that count; `None` keeps all.
     fn reach_m(&self, _info: &SceneInfo, _emitted: u32) -> Option<f32> {
         None
     }
@@ -44,6 +44,19 @@ pub trait Strategy {
 
     /// Forgets what it kept of earlier frames; call when the camera or the scene changes.
     fn reset(&mut self) {}
+
+    /// Learns what runs its next frames.
+    fn meet_device(&mut self, _device: &DeviceTraits) {}
+
+    /// Hears the words of [`Estimate::measures`] of the frame that it declared last.
+    fn observe(&mut self, _words: &[u32]) -> Result<(), StrategyError> {
+        Ok(())
+    }
+
+    /// What it chose for the frame that it declared last, and why, for people; `None` if it has nothing to choose.
+    fn choice(&self) -> Option<String> {
+        None
+    }
 
     /// Sets a parameter from text; `auto` lets the strategy choose.
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {
@@ -109,12 +122,14 @@ pub struct Estimate {
     pub covers_specular: bool,
     /// Counts for the report.
     pub stats: Option<Stats>,
+    /// Counts for the strategy itself: the pipeline hands them to [`Strategy::observe`] after the frame.
+    pub measures: Option<Stats>,
 }
 
 impl Estimate {
     /// An estimate of indirect light and nothing else.
     pub fn new(indirect: Handle<Texture>) -> Self {
-        Self { indirect, caustic: None, irradiance: None, direct: None, covers_specular: false, stats: None }
+        Self { indirect, caustic: None, irradiance: None, direct: None, covers_specular: false, stats: None, measures: None }
     }
 }
 

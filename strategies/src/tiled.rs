@@ -21,7 +21,7 @@ use crate::gather_sampling::{Gather, GatherPoints, SamplingParams};
 use crate::parameter::Assignment;
 use crate::photon_lists::{InsertLists, Insertion, ListStats, PhotonLists, SortLists, automatic_entries, parse_entry_capacity};
 use crate::point_bounds::PointBounds;
-use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KNearest, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{CameraUniform, Photons};
@@ -84,6 +84,7 @@ pub struct TiledConfig {
 pub struct Tiled {
     /// Parameters; may change between frames.
     pub config: TiledConfig,
+    nearest: KNearest,
     bounds: ComputeShader,
     insert: ComputeShader,
     lists: InsertLists,
@@ -100,6 +101,7 @@ impl Tiled {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: TiledConfig::default(),
+            nearest: KNearest::new(sources),
             bounds: ComputeShader::new(sources, "strategies/tiled_bounds.wgsl")?,
             insert: ComputeShader::new(sources, "strategies/tiled_insert.wgsl")?,
             lists: InsertLists::new(sources)?,
@@ -193,6 +195,8 @@ impl Strategy for Tiled {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
+        let by_neighbours = self.nearest.add(graph, frame.info, photons, &self.config.radius)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let radii = self.config.radius.resolve(frame.info, photons.emitted)?;
         let sampling = self.config.sampling;
         let points = self.gather.points(graph, frame, &sampling);

@@ -44,7 +44,7 @@ use crate::photon_lists::{
 };
 use crate::point_bounds::PointBounds;
 use crate::sorted_grid::{self, Grid};
-use crate::{Estimate, FrameInputs, GatherSampling, KernelRadius, Parameter, Radii, Strategy, StrategyError};
+use crate::{Estimate, FrameInputs, GatherSampling, KNearest, KernelRadius, Parameter, Radii, Strategy, StrategyError};
 use lightloom_graph::{Buffer, BufferDesc, ComputeShader, Graph, Handle, WgslSources, shader_struct};
 use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{Photons, PrefixSum};
@@ -122,6 +122,7 @@ pub struct ViewGridConfig {
 pub struct ViewGrid {
     /// Parameters; may change between frames.
     pub config: ViewGridConfig,
+    nearest: KNearest,
     count: ComputeShader,
     scatter: ComputeShader,
     bounds: ComputeShader,
@@ -154,6 +155,7 @@ impl ViewGrid {
     pub fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
             config: ViewGridConfig::default(),
+            nearest: KNearest::new(sources),
             count: ComputeShader::new(sources, "strategies/view_grid_count.wgsl")?,
             scatter: ComputeShader::new(sources, "strategies/view_grid_scatter.wgsl")?,
             bounds: ComputeShader::new(sources, "strategies/view_grid_bounds.wgsl")?,
@@ -269,6 +271,8 @@ impl Strategy for ViewGrid {
 
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(Self::NAME)?;
+        let by_neighbours = self.nearest.add(graph, frame.info, photons, &self.config.radius)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let Radii { r_min_m: r_min, r_max_m: r_max } = self.config.radius.resolve(frame.info, photons.emitted)?;
         let sampling = self.config.sampling;
         let points = self.gather.points(graph, frame, &sampling);

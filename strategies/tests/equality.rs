@@ -78,6 +78,35 @@ fn all_strategies_equal_exact() {
     }
 }
 
+/// Radii by neighbours are found once, before whatever gathers. Splats in 32 bits, where there are such.
+#[test]
+fn all_strategies_equal_exact_with_radii_by_neighbours() {
+    let Some(mut bench) = Bench::new() else { return };
+    let gpu = Gpu::for_tests_with(wgpu::Features::FLOAT32_BLENDABLE);
+    let mut blending = gpu.map(|gpu| Bench { executor: Executor::new(&gpu), seed: 0 });
+    let photons = photons(2500);
+    let nearest = [RADII[1][0], RADII[1][1], ("nearest", "12")];
+    let view = View::new(views(SIZE)[0].1, floor_and_wall);
+    let exact = bench.run(&mut *strategy("exact", &nearest), &view, &photons, 2500, false);
+    let by_path = bench.run(&mut *strategy("exact", &RADII[1]), &view, &photons, 2500, false);
+    let differ = exact.indirect.iter().zip(&by_path.indirect).filter(|(a, b)| (a[0] - b[0]).abs() > 0.01 * b[0]).count();
+    assert!(differ > 500, "{differ} pixels have changed");
+    for name in SEARCHES {
+        let images = bench.run(&mut *strategy(name, &nearest), &view, &photons, 2500, false);
+        assert_equal(&exact, &images, name);
+    }
+    if let Some(bench) = &mut blending {
+        for (name, shape) in SPLATS {
+            let settings = splat_settings(shape, &nearest, "float");
+            assert_equal(&exact, &bench.run(&mut *strategy(name, &settings), &view, &photons, 2500, false), name);
+        }
+    }
+    // Deterministic: the search finds the same whatever the order of a cell's photons.
+    let mut sorted = strategy("sorted-grid", &nearest);
+    let first = bench.run(&mut *sorted, &view, &photons, 2500, true);
+    assert!(first == bench.run(&mut *sorted, &view, &photons, 2500, true), "two runs differ");
+}
+
 /// Rows of every width over tables from one so small that every bucket holds photons of many cells.
 #[test]
 fn sorted_grids_of_any_shape_equal_exact() {

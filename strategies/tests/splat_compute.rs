@@ -64,6 +64,10 @@ fn spheres_equal_exact() {
             }
         }
         let view = View::new(views(SIZE)[0].1, floor_and_wall);
+        let nearest = [("r_min", "0.05"), ("r_max", "0.4"), ("nearest", "12")];
+        let exact = bench.run(&mut *strategy("exact", &nearest), &view, &photons, 2500, false);
+        let found = bench.run(&mut *splats(sums, &nearest), &view, &photons, 2500, false);
+        assert_equal(&exact, &found, &format!("{sums}, radii by neighbours"));
         let none = bench.run(&mut *splats(sums, &[]), &view, &photons, 0, false);
         assert!(none.indirect.iter().all(|pixel| pixel[..3] == [0.0; 3]), "{sums}: light in rubbish");
     }

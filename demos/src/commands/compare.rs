@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Parser;
 use lightloom_passes::PhotonStore;
-use lightloom_strategies::Layer;
+use lightloom_strategies::{Auto, Layer};
 
 use crate::cli::{Cli, Command, CompareArgs, SceneArgs};
 use crate::display::Display;
@@ -84,14 +84,18 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     } else {
         console::print(&table(&results))?;
     }
+    for choice in results.strategies.iter().filter_map(StrategyResult::said_choice) {
+        console::note(&choice);
+    }
     console::note(&format!("rays traced by {}", results.trace));
     console::note(&format!("report: {}", args.output.join("report.html").display()));
     Ok(())
 }
 
-/// The strategies asked for, each once; all but the path tracer when none was.
+/// The strategies asked for, each once; when none was, all but the path tracer and `auto`, which would show one of the others again.
 fn chosen(asked: &[String]) -> Vec<String> {
-    let all = || strategy_names().into_iter().filter(|name| *name != REFERENCE_STRATEGY).map(str::to_owned).collect();
+    let others = |name: &&str| ![REFERENCE_STRATEGY, Auto::NAME].contains(name);
+    let all = || strategy_names().into_iter().filter(others).map(str::to_owned).collect();
     if asked.is_empty() {
         return all();
     }
@@ -273,7 +277,7 @@ mod tests {
         assert_eq!(chosen(&asked), ["tiled", "exact"]);
         let all = chosen(&[]);
         assert!(all.iter().any(|name| name == "hash-grid"), "{all:?}");
-        assert!(!all.iter().any(|name| name == "path"), "{all:?}");
+        assert!(!all.iter().any(|name| name == "path" || name == "auto"), "{all:?}");
     }
 
     #[test]

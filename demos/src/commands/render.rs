@@ -45,7 +45,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Error> {
     if let Some(profile) = &args.profile {
         write_whole(profile, format!("{}\n", to_chrome_trace(&rendering.profile)).as_bytes())?;
     }
-    console::print(&summary(&session, &rendering, &args.output, picture))
+    console::print(&summary(&session, &rendering, &args.output, picture))?;
+    if let Some(choice) = rendering.row.said_choice() {
+        console::note(&choice);
+    }
+    Ok(())
 }
 
 /// Shows what a pass writes.

@@ -51,6 +51,8 @@ pub struct FrameLayers {
     pub photons: Option<Photons>,
     /// The strategy's counts.
     pub stats: Option<Stats>,
+    /// Counts for the strategy itself: read them back and hand them to [`Strategy::observe`](crate::Strategy::observe).
+    pub measures: Option<Stats>,
 }
 
 impl FrameLayers {
@@ -146,6 +148,7 @@ impl Pipeline {
             surfaces,
             photons,
             stats: estimate.stats,
+            measures: estimate.measures,
         })
     }
 

@@ -19,7 +19,7 @@ pub use rendered::{Flux, LayerImage, PassReport, PhotonReport, Rendered};
 pub use settings::{Layer, Settings};
 
 use crate::surface_layers::SurfaceLayers;
-use crate::{Strategy, StrategyError};
+use crate::{DeviceTraits, Strategy, StrategyError};
 use filtering::Filtering;
 use lightloom_graph::{Executor, FrameOutput, FrameProfile, Graph, Progress, Readback, WgslSources};
 use lightloom_passes::scene::{Camera, GpuScene, SceneInfo};
@@ -137,7 +137,7 @@ impl Pipeline {
         settings: &Settings,
         observer: &mut dyn FnMut(RenderProgress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendered, StrategyError> {
-        self.check(executor, settings)?;
+        self.meet(executor, settings)?;
         self.strategy.reset();
         let info = scene.info();
         let mut rendered = Rendered { size: settings.size, frames: settings.frames, ..Rendered::default() };
@@ -148,6 +148,7 @@ impl Pipeline {
             let request = Frame { scene: &handles, info: &info, camera: &uniform, settings, frame_index: frame };
             let layers = self.declare_frame(&mut graph, &request, None)?;
             let readbacks = FrameReadbacks::new(&mut graph, &layers, settings, frame);
+            let measures = readbacks.measures;
             let frames = settings.frames;
             let output = executor.execute_observed(graph, &mut |progress: Progress<'_>| {
                 let Progress { done, total, pass, .. } = progress;
@@ -157,9 +158,50 @@ impl Pipeline {
                 rendered.profile.push(FrameProfile::new(self.strategy.name(), &output));
             }
             readbacks.collect(&output, &info, settings, &mut rendered);
+            if let Some(measures) = measures {
+                self.strategy.observe(&output.cast::<u32>(measures))?;
+            }
         }
+        rendered.choice = self.strategy.choice();
         rendered.finish(self.strategy.name());
         Ok(rendered)
+    }
+
+    /// Lets a strategy that chooses by what it measures do so before the first frame of a rendering: traces a frame's photons and runs what measures
+    /// them, but renders nothing. Filters forget. For other strategies, and where such a frame was measured, this costs the declaration of a frame.
+    ///
+    /// `observer` as in [`Self::render`].
+    pub fn measure(
+        &mut self,
+        executor: &mut Executor,
+        scene: &GpuScene,
+        camera: &Camera,
+        settings: &Settings,
+        observer: &mut dyn FnMut(RenderProgress<'_>) -> ControlFlow<()>,
+    ) -> Result<(), StrategyError> {
+        self.meet(executor, settings)?;
+        let info = scene.info();
+        let mut graph = Graph::new(self.strategy.name());
+        let handles = scene.declare(&mut graph);
+        let uniform = CameraUniform::new(camera, settings.size, settings.jitter(0), info.bounds_radius);
+        // What is kept from frame to frame would be written, and so made.
+        let settings = Settings { filter: None, frames: 1, ..settings.clone() };
+        let request = Frame { scene: &handles, info: &info, camera: &uniform, settings: &settings, frame_index: 0 };
+        let layers = self.declare_frame(&mut graph, &request, None)?;
+        let Some(measures) = layers.measures.filter(|_| settings.show_light()) else { return Ok(()) };
+        let readback = graph.readback_buffer(&measures.buffer);
+        let output = executor.execute_observed(graph, &mut |progress: Progress<'_>| {
+            let Progress { done, total, pass, .. } = progress;
+            observer(RenderProgress { frame: 0, frames: 1, done, total, pass })
+        })?;
+        self.strategy.observe(&output.cast::<u32>(readback))
+    }
+
+    /// Whether device and settings will do; if so, the strategy knows the device.
+    fn meet(&mut self, executor: &Executor, settings: &Settings) -> Result<(), StrategyError> {
+        self.check(executor, settings)?;
+        self.strategy.meet_device(&DeviceTraits::of(executor.device()));
+        Ok(())
     }
 
     fn check(&self, executor: &Executor, settings: &Settings) -> Result<(), StrategyError> {
@@ -179,16 +221,18 @@ struct FrameReadbacks {
     lights: Vec<(Layer, Readback, Option<Readback>)>,
     photon_state: Option<Readback>,
     stats: Option<(&'static [&'static str], Readback)>,
+    measures: Option<Readback>,
 }
 
 impl FrameReadbacks {
     /// Surfaces come from the first frame, whose samples are the pixels' centres; light from the last, the mean of all.
     fn new(graph: &mut Graph<'_>, layers: &FrameLayers, settings: &Settings, frame: u32) -> Self {
-        let mut readbacks = Self { surfaces: Vec::new(), lights: Vec::new(), photon_state: None, stats: None };
+        let mut readbacks = Self { surfaces: Vec::new(), lights: Vec::new(), photon_state: None, stats: None, measures: None };
         // Reading counts back would keep the photons alive where only surfaces are asked for.
-        if settings.layers.iter().any(|layer| !layer.is_surface()) {
+        if settings.show_light() {
             readbacks.photon_state = layers.photons.as_ref().map(|photons| graph.readback_buffer(&photons.state));
             readbacks.stats = layers.stats.as_ref().map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
+            readbacks.measures = layers.measures.as_ref().map(|measures| graph.readback_buffer(&measures.buffer));
         }
         for &layer in &settings.layers {
             if let (Some(image), 0) = (layers.surface(layer), frame) {

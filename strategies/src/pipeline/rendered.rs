@@ -25,6 +25,8 @@ pub struct Rendered {
     pub memory: Memory,
     /// The strategy's counts by name: the largest over the frames.
     pub stats: Vec<(&'static str, u32)>,
+    /// What the strategy chose in the last frame, and why, if it has a choice.
+    pub choice: Option<String>,
     /// What a person should know, such as photons that found no room.
     pub warnings: Vec<String>,
 }

@@ -128,6 +128,11 @@ impl Settings {
         [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|ratio: f64| (0.5 + n * ratio).fract().min(0.999_999) as f32)
     }
 
+    /// Whether a layer of light is asked for.
+    pub(super) fn show_light(&self) -> bool {
+        self.layers.iter().any(|layer| !layer.is_surface())
+    }
+
     /// Refuses what cannot be rendered at all. `max_side`: the largest texture the device makes (pixels).
     pub(crate) fn check(&self, max_side: u32) -> Result<(), StrategyError> {
         let refuse = |setting, value: String, expected| Err(StrategyError::BadSetting { setting, value, expected });

@@ -31,7 +31,7 @@ mod options;
 pub use options::{SplatConfig, SplatKernels, SplatPrecision, SplatResolution, SplatShape};
 
 use crate::splat_kernel::SplatKernelUniform;
-use crate::{DensityTiles, Estimate, FrameInputs, Requirements, Stats, StrategyError};
+use crate::{DensityTiles, Estimate, FrameInputs, KNearest, Requirements, Stats, StrategyError};
 use lightloom_graph::wgpu::{BlendComponent, BlendFactor, BlendOperation, BlendState, Face, Features, TextureFormat};
 use lightloom_graph::{
     Buffer, BufferDesc, ComputeShader, Graph, Handle, Load, RasterShader, Texture, TextureDesc, WgslSources, shader_struct,
@@ -117,6 +117,7 @@ pub(crate) struct Outline {
 /// Draws photons and makes an estimate of the sums.
 #[derive(Debug)]
 pub(crate) struct Splat {
+    nearest: KNearest,
     sphere: SceneRasterShader,
     ellipsoid: RasterShader,
     arguments: ComputeShader,
@@ -152,6 +153,7 @@ impl Splat {
         };
         let compute = |name: &str| ComputeShader::new(sources, &format!("strategies/{name}.wgsl"));
         Ok(Self {
+            nearest: KNearest::new(sources),
             sphere: SceneRasterShader::new(draw("sphere")?),
             ellipsoid: draw("ellipsoid")?,
             arguments: compute("splat_arguments")?,
@@ -165,7 +167,7 @@ impl Splat {
 
     /// Declares the passes; `name` labels what is returned.
     pub(crate) fn declare(
-        &self,
+        &mut self,
         graph: &mut Graph<'_>,
         name: &'static str,
         frame: &FrameInputs<'_>,
@@ -173,6 +175,8 @@ impl Splat {
         outline: Outline,
     ) -> Result<Estimate, StrategyError> {
         let photons = frame.need_photons(name)?;
+        let by_neighbours = config.kernels.by_neighbours(&mut self.nearest, graph, frame, photons)?;
+        let photons = by_neighbours.as_ref().unwrap_or(photons);
         let texel = config.texel()?;
         let target = frame.size.map(|pixels| pixels.div_ceil(texel));
         let film_size = target.map(|texels| (texels * texel) as f32);

@@ -3,8 +3,8 @@
 use super::{SplatParams, scale};
 use crate::parameter::{Assignment, Parameter};
 use crate::splat_kernel::SplatKernel;
-use crate::{FrameInputs, KernelRadius, StrategyError};
-use lightloom_graph::wgpu::TextureFormat;
+use crate::{FrameInputs, KNearest, KernelRadius, StrategyError};
+use lightloom_graph::{Graph, wgpu::TextureFormat};
 use lightloom_passes::Photons;
 use lightloom_passes::scene::SceneInfo;
 use std::fmt;
@@ -78,6 +78,20 @@ impl SplatKernels {
         }
     }
 
+    /// The photons with radii by their neighbours, if spheres are to have such.
+    pub(crate) fn by_neighbours(
+        &self,
+        nearest: &mut KNearest,
+        graph: &mut Graph<'_>,
+        frame: &FrameInputs<'_>,
+        photons: &Photons,
+    ) -> Result<Option<Photons>, StrategyError> {
+        match self.shape {
+            SplatShape::Sphere => nearest.add(graph, frame.info, photons, &self.radius),
+            SplatShape::Ellipsoid => Ok(None),
+        }
+    }
+
     /// Parameters of passes that splat `photons` at the image's resolution.
     pub(crate) fn params(&self, frame: &FrameInputs<'_>, photons: &Photons) -> Result<SplatParams, StrategyError> {
         let radii = self.radius.resolve(frame.info, photons.emitted)?;
@@ -107,8 +121,7 @@ impl SplatKernels {
     }
 
     pub(crate) fn parameters(&self) -> Vec<Parameter> {
-        let shape =
-            "kernel: `sphere` [MML13], sized by r_min and r_max, or `ellipsoid` [SA19], sized by the parameters marked so";
+        let shape = "kernel: `sphere` [MML13], sized by r_min, r_max and nearest, or `ellipsoid` [SA19], sized by the parameters marked so";
         let mut parameters = vec![Parameter::new("shape", Some(self.shape), shape)];
         parameters.extend(self.radius.parameters());
         parameters.extend(self.kernel.parameters());

@@ -298,7 +298,8 @@ impl Bench {
         IrradianceImages { irradiance, direction, indirect }
     }
 
-    fn declare(
+    /// Declares what `strategy` makes of the same.
+    pub(crate) fn declare(
         &mut self,
         graph: &mut Graph<'_>,
         strategy: &mut dyn Strategy,

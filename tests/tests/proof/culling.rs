@@ -35,4 +35,16 @@ fn culling_at_deposit_changes_no_pixel() {
     // And it does change where the reach is left out of account.
     let without_reach = render(Some(DepositCull::new(&uniform, 0.0)));
     assert!(without_reach.layers[0] != whole.layers[0], "the check sees light that is lost");
+
+    // Radii by neighbours look for photons as far again.
+    for strategy in &mut all {
+        strategy.set("r_min", "0.02").and_then(|()| strategy.set("nearest", "30")).expect("every strategy has them");
+    }
+    let mut render = |cull| {
+        let photons = PhotonSettings { cull, ..PhotonSettings::new(40_000, 4, 2) };
+        lab.estimate(&gpu_scene, &view, Frame { photons, maps: None, deterministic: true }, &mut all).layers
+    };
+    let whole = render(None);
+    assert!(render(Some(DepositCull::new(&uniform, 2.0 * REACH_M))) == whole, "culling changed the radii");
+    assert!(render(Some(DepositCull::new(&uniform, REACH_M))) != whole, "the check sees neighbours that are lost");
 }

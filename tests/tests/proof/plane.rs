@@ -11,6 +11,7 @@
 
 use lightloom_passes::Photon;
 use lightloom_passes::scene::{GpuScene, builtin};
+use lightloom_tests::kernel::Kernel;
 use lightloom_tests::synthetic::{FLUX_UNIT, PlaneView, SHADING_EPSILON, falling_photon, flux_word};
 use lightloom_tests::{Estimator, Lab, Sums};
 use std::f64::consts::PI;
@@ -213,5 +214,58 @@ fn splats_keep_even_light_and_fields_of_first_and_second_degree() {
     for (lattice, estimators) in [(MEDIUM, full), (COARSE, half)] {
         fields_are_what_they_should_be(&mut lab, &scene, &lattice, &estimators);
         even_light_is_flux_per_area_and_half_on_the_edge(&mut lab, &scene, &lattice, &estimators);
+    }
+}
+
+/// Check 4 for radii by neighbours, where the density of photons changes and that of light does not: each photon's kernel is normalised, so that
+/// E is Φ/A on either side and in the mean over the seam. (A gather of the k nearest at each point finds too much or too little there.)
+#[test]
+fn radii_by_neighbours_keep_the_flux() {
+    const NEAREST: f64 = 200.0;
+    const VALUE: u32 = 60;
+    let Some(mut lab) = Lab::open() else { return };
+    let scene = lab.upload(&builtin::plane(8.0));
+    // Left of x = 0 each photon of the lattice; right of it one in four, with four times the light, in the middle of the four.
+    let mut photons = Vec::new();
+    for (i, j) in (-FINE.half..FINE.half).flat_map(|j| (-FINE.half..FINE.half).map(move |i| (i, j))) {
+        let [x, z] = [i, j].map(f64::from);
+        if i < 0 {
+            photons.push(falling_photon((x + 0.5) * FINE.spacing, (z + 0.5) * FINE.spacing, flux_word([VALUE as u8; 3], 0)));
+        } else if i % 2 == 0 && j % 2 == 0 {
+            photons.push(falling_photon((x + 1.0) * FINE.spacing, (z + 1.0) * FINE.spacing, flux_word([4 * VALUE as u8; 3], 0)));
+        }
+    }
+    // A gather and a splat; the others equal `exact`.
+    let two = searches().iter().filter(|it| ["exact", "splat-compute"].contains(&it.strategy));
+    let mut all: Vec<_> = two.map(|it| it.build(&lab.sources, 0.05, 0.5)).collect();
+    for strategy in &mut all {
+        strategy.set("nearest", &NEAREST.to_string()).expect("every strategy has it");
+    }
+    let estimates = VIEW.irradiance(&mut lab, &scene, &photons, &mut all);
+    let flux_per_area = FINE.irradiance(f64::from(VALUE));
+    // A circle on a lattice that holds n points has the area of n cells, to 3 % of its radius for n = 200 (Gauss' circle problem: at most
+    // 10 points more or less); so the radii, 8 spacings on either side.
+    let radius = (NEAREST / PI).sqrt();
+    let bound = flux_per_area * (Kernel::Cone.lattice_error(0.97 * radius, 1.0) + ROUNDING);
+    // Radii are those of one density as far from the seam as the kernels of the other reach, and as far again.
+    let pure = [-4.0 * radius * FINE.spacing, 4.0 * radius * FINE.spacing];
+    for (strategy, [image, _]) in all.iter().zip(&estimates.layers) {
+        let (mut inside, mut seam) = (0, 0.0_f64);
+        for row in 0..VIEW.size[1] {
+            let mut mean = 0.0;
+            for column in 0..VIEW.size[0] {
+                let (x, found) = (VIEW.point(column, row)[0], image.at(column, row)[0]);
+                mean += found / f64::from(VIEW.size[0]);
+                if x < pure[0] || x > pure[1] {
+                    inside += 1;
+                    let name = strategy.name();
+                    assert!((found - flux_per_area).abs() < bound, "{name} at x = {x}: {found}, Φ/A is {flux_per_area}");
+                }
+            }
+            seam = seam.max((mean - flux_per_area).abs());
+        }
+        println!("{}: worst row mean {:e} of Φ/A off", strategy.name(), seam / flux_per_area);
+        assert!(inside > 300, "{inside} points away from the seam");
+        assert!(seam < bound, "{}: a row's mean is {seam} off Φ/A = {flux_per_area}", strategy.name());
     }
 }
