@@ -51,7 +51,7 @@ struct Counts {
 
 const THREADS: u32 = 64u;
 // Photons sampled at the most.
-const SAMPLE: u32 = 16384u;
+const SAMPLE: u32 = 8192u;
 // Pixels that one kernel is counted to cover at the most: sums of all samples fit a word.
 const LARGEST: f32 = 65536.0;
 
