@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Parser;
 use lightloom_passes::PhotonStore;
-use lightloom_strategies::Layer;
+use lightloom_strategies::{Layer, ScreenSpace};
 
 use crate::cli::{Cli, Command, CompareArgs, SceneArgs};
 use crate::display::Display;
@@ -89,9 +89,10 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// The strategies asked for, each once; all but the path tracer when none was.
+/// The strategies asked for, each once; when none was, all that estimate all of the indirect light, but for the path tracer.
 fn chosen(asked: &[String]) -> Vec<String> {
-    let all = || strategy_names().into_iter().filter(|name| *name != REFERENCE_STRATEGY).map(str::to_owned).collect();
+    let others = [REFERENCE_STRATEGY, ScreenSpace::NAME];
+    let all = || strategy_names().into_iter().filter(|name| !others.contains(name)).map(str::to_owned).collect();
     if asked.is_empty() {
         return all();
     }
@@ -273,7 +274,7 @@ mod tests {
         assert_eq!(chosen(&asked), ["tiled", "exact"]);
         let all = chosen(&[]);
         assert!(all.iter().any(|name| name == "hash-grid"), "{all:?}");
-        assert!(!all.iter().any(|name| name == "path"), "{all:?}");
+        assert!(!all.iter().any(|name| name == "path" || name == "screen-space"), "{all:?}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub enum Denoiser {
     /// [Kim19]: https://doi.org/10.1007/978-1-4842-4427-2_30 "Caustics using screen-space photon mapping, Kim, Ray Tracing Gems chapter 30, 2019"
     #[default]
     Guided,
-    /// [Kim19]'s second: a Gaussian over the image, joined with weights of planes and normals, and for surfaces nearer than `near`, of which a
+    /// [Kim19]'s second: a bell (1 − d²/w²)² over the image, joined with weights of planes and normals, and for surfaces nearer than `near`, of which a
     /// pixel shows too little to meet many photons, over a map of 4 × 4 pixels a texel.
     ///
     /// [Kim19]: https://doi.org/10.1007/978-1-4842-4427-2_30 "Caustics using screen-space photon mapping, Kim, Ray Tracing Gems chapter 30, 2019"
@@ -42,7 +42,7 @@ pub struct ScreenSpaceConfig {
     /// `guided`: pixels that a kernel reaches each way at the most, 1 to 16; raising it lets kernels near the camera be as wide as they are
     /// meant to be, at a cost that grows with its square. 8.
     pub reach: u32,
-    /// `bilateral`: pixels, or texels of the near map, that a kernel reaches each way, 1 to 8: two standard deviations. Raising it blurs and
+    /// `bilateral`: pixels, or texels of the near map, that a kernel reaches each way, 1 to 8. Raising it blurs and
     /// calms, at a cost that grows with its square. 4.
     pub width: u32,
     /// `bilateral`: distance from the camera (m) below which the near map is used; 0: nowhere. Raising it calms near surfaces and blurs them.
