@@ -2,9 +2,10 @@
 
 use crate::determinism::settings;
 use lightloom_passes::scene::builtin;
-use lightloom_passes::{PhotonFlags, PhotonSettings};
-use lightloom_strategies::{Exact, Path, ScreenSpace, Strategy};
-use lightloom_tests::{Frame, Lab, View};
+use lightloom_passes::{PhotonFlags, PhotonSettings, PhotonStore};
+use lightloom_strategies::{Exact, Layer, Path, Pipeline, ScreenSpace, Settings, Strategy, by_name_with};
+use lightloom_tests::{Frame, Image, Lab, View};
+use std::ops::ControlFlow;
 
 #[test]
 fn caustics_in_screen_space_are_those_of_exact_and_of_paths() {
@@ -42,5 +43,29 @@ fn caustics_in_screen_space_are_those_of_exact_and_of_paths() {
         // The same photons: what one loses at silhouettes is less than a hundredth of them each way, and denoisers conserve flux, not radiance.
         assert!((found / path - 1.0).abs() < 0.03, "{denoiser}: {} of the paths' caustics", found / path);
         assert!(layers[0] == layers[1], "{denoiser}: caustics and nothing else");
+    }
+}
+
+/// Positions of the compact store are off by 2·10⁻⁶ m: photons stay on their surfaces, and one in some thousands goes to the next pixel, whose
+/// area is nearly the same.
+#[test]
+fn a_compact_store_holds_the_same_caustics() {
+    let Some(mut lab) = Lab::open() else { return };
+    let scene = builtin::caustics();
+    let gpu_scene = lab.upload(&scene);
+    let [whole, compact] = PhotonStore::ALL.map(|store| {
+        let sources = store.shaders();
+        let strategy = by_name_with(ScreenSpace::NAME, &sources).expect("it exists");
+        let mut pipeline = Pipeline::with_shaders(strategy, &sources).expect("the shaders are valid");
+        let settings = Settings { size: [80, 45], photons: 40_000, layers: vec![Layer::Caustic], ..Settings::default() };
+        let camera = &scene.cameras[0];
+        let rendered = pipeline.render(&mut lab.executor, &gpu_scene, camera, &settings, &mut |_| ControlFlow::Continue(()));
+        let rendered = rendered.unwrap_or_else(|error| panic!("{error}"));
+        assert!(rendered.warnings.is_empty(), "{:?}", rendered.warnings);
+        Image::from_rgb(settings.size, &rendered.layers[0].pixels).mean()
+    });
+    for channel in 0..3 {
+        let ratio = compact[channel] / whole[channel];
+        assert!((ratio - 1.0).abs() < 1e-3, "{ratio} of the light");
     }
 }
