@@ -27,7 +27,7 @@ fn caustics_in_screen_space_are_those_of_exact_and_of_paths() {
     ];
     for denoiser in denoisers {
         let strategy = ScreenSpace::new(&lab.sources).expect("it builds");
-        all.push(with(Box::new(strategy), &[("denoiser", denoiser), ("roughness", "0.2")]));
+        all.push(with(Box::new(strategy), &[("denoiser", denoiser), ("roughness", "0.1")]));
     }
     let photons = PhotonSettings { caustics_only: true, ..settings(90_000, 5, 3) };
     let frame = Frame { photons, maps: None, deterministic: false };
