@@ -64,7 +64,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// Strategies to compare; all but `path` when not given
+    /// Strategies to compare; all but `path` and `screen-space`, which shows caustics alone, when not given
     #[arg(long, value_name = "A,B,…", value_delimiter = ',', value_parser = parse_strategy)]
     pub(crate) strategies: Vec<String>,
     /// What to compare with: `path` renders it here, a file is read

@@ -298,10 +298,8 @@ fn pipelines(args: &SceneArgs, strategies: &[String]) -> Result<Vec<Pipeline>, E
     for name in strategies {
         pipelines.push(Pipeline::with_shaders(by_name_with(name, &shaders)?, &shaders)?);
     }
-    if let Some(radius) = args.radius {
-        for pipeline in pipelines.iter_mut().filter(|pipeline| pipeline.strategy().uses_photons()) {
-            pipeline.strategy_mut().set("radius", &radius.to_string())?;
-        }
+    if let Some(radius) = args.radius.filter(|_| pipelines.iter().any(|pipeline| pipeline.strategy().uses_photons())) {
+        assign(&mut pipelines, &Assignment { strategy: None, key: "radius".to_owned(), value: radius.to_string() })?;
     }
     for assignment in args.assignments.iter().filter(|assignment| !filter::is_for_filter(assignment)) {
         assign(&mut pipelines, assignment)?;
@@ -423,6 +421,16 @@ mod tests {
         assign(&mut pipelines, &"hash-grid.r_max=0.25".parse().unwrap()).unwrap();
         assert_eq!(value(&pipelines, "tiled", "r_max"), "0.5");
         assert_eq!(value(&pipelines, "hash-grid", "r_max"), "0.25");
+    }
+
+    #[test]
+    fn a_radius_is_for_those_that_have_one() {
+        let radius = || "radius=0.5".parse().unwrap();
+        let mut pipelines = prepared(&["tiled", "screen-space", "path"]);
+        assign(&mut pipelines, &radius()).unwrap();
+        assert_eq!(value(&pipelines, "tiled", "r_max"), "0.5");
+        let error = assign(&mut prepared(&["screen-space"]), &radius()).unwrap_err();
+        assert!(error.exit_status() == 2 && error.to_string().contains("`radius`"), "{error}");
     }
 
     #[test]

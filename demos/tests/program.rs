@@ -612,9 +612,7 @@ fn adapters_lists_strategies() {
     let text = String::from_utf8_lossy(&output.stdout);
     if has_adapter() {
         assert!(output.status.success(), "{text}");
-        for name in
-            ["exact", "tiled", "hash-grid", "sorted-grid", "view-grid", "splat-3d", "splat-2.5d", "splat-compute", "auto", "path"]
-        {
+        for name in lightloom_strategies::registry().iter().map(|entry| entry.name) {
             assert!(text.contains(&format!("strategy {name}: ")), "{name} is missing:\n{text}");
         }
     }

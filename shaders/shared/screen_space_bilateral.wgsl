@@ -1,4 +1,4 @@
-// The joint bilateral denoiser of [Kim19, section 30.3.2]: a Gaussian over the image that keeps to surfaces, and for near ones, of which a
+// The joint bilateral denoiser of [Kim19, section 30.3.2]: a bell (1 − d²/w²)² over the image that keeps to surfaces, and for near ones, of which a
 // pixel shows too little to meet many photons, over a map of a quarter of the resolution each way.
 //
 // [Kim19]: Kim, "Caustics using screen-space photon mapping", Ray Tracing Gems chapter 30, 2019.
@@ -7,7 +7,7 @@
 struct BilateralParams {
     // World (m).
     eye: vec3f,
-    // Pixels, or texels of the near map, that a kernel reaches each way: two standard deviations.
+    // Pixels, or texels of the near map, that a kernel reaches each way.
     width: i32,
     size: vec2u,
     // Pixels nearer than this (m) give their light to the near map.
@@ -53,9 +53,11 @@ fn surface_weight(source: Guide, to: Guide, width_m: f32) -> f32 {
     return exp(-off_plane / (params.sigma_z * width_m)) * pow(max(0.0, dot(source.normal, to.normal)), params.sigma_n);
 }
 
-// The Gaussian; `apart` in pixels or texels.
+// The bell, 0 from just beyond the width on; `apart` in pixels or texels.
 fn image_weight(apart: vec2f) -> f32 {
-    return exp(-2.0 * dot(apart, apart) / f32(params.width * params.width));
+    let edge = f32(params.width) + 0.5;
+    let inside = max(0.0, 1.0 - dot(apart, apart) / (edge * edge));
+    return inside * inside;
 }
 
 // The pixel that stands for a texel of the near map.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Parser;
 use lightloom_passes::PhotonStore;
-use lightloom_strategies::{Auto, Layer};
+use lightloom_strategies::{Auto, Layer, ScreenSpace};
 
 use crate::cli::{Cli, Command, CompareArgs, SceneArgs};
 use crate::display::Display;
@@ -92,10 +92,11 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// The strategies asked for, each once; when none was, all but the path tracer and `auto`, which would show one of the others again.
+/// The strategies asked for, each once; when none was, all that estimate all of the indirect light, but for the path tracer and `auto`,
+/// which would show one of the others again.
 fn chosen(asked: &[String]) -> Vec<String> {
-    let others = |name: &&str| ![REFERENCE_STRATEGY, Auto::NAME].contains(name);
-    let all = || strategy_names().into_iter().filter(others).map(str::to_owned).collect();
+    let others = [REFERENCE_STRATEGY, Auto::NAME, ScreenSpace::NAME];
+    let all = || strategy_names().into_iter().filter(|name| !others.contains(name)).map(str::to_owned).collect();
     if asked.is_empty() {
         return all();
     }
@@ -277,7 +278,7 @@ mod tests {
         assert_eq!(chosen(&asked), ["tiled", "exact"]);
         let all = chosen(&[]);
         assert!(all.iter().any(|name| name == "hash-grid"), "{all:?}");
-        assert!(!all.iter().any(|name| name == "path" || name == "auto"), "{all:?}");
+        assert!(!all.iter().any(|name| ["path", "auto", "screen-space"].contains(&name.as_str())), "{all:?}");
     }
 
     #[test]

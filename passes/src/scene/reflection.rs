@@ -13,10 +13,10 @@ pub enum Reflection {
     /// F = F₀ + (1 − F₀)(1 − max(0, ω_h·ω_i))⁵,    f = ρ_L/π + (8 + s) F/(8π) max(0, ω_h·n)ˢ
     /// ```
     ///
-    /// with ρ_L = base colour · (1 − metallic), F₀ as in glTF and s = 2/α² − 2, α = roughness² ≥ 10⁻³: from 0 for roughness 1 to 2·10⁶.
+    /// with `ρ_L` = base colour · (1 − metallic), F₀ as in glTF and s = 2/α² − 2, α = roughness² ≥ 10⁻³: from 0 for roughness 1 to 2·10⁶.
     ///
     /// It keeps no balance. The lobe is normalised for light that arrives head-on, and the diffuse part is not lessened by what the lobe
-    /// reflects: the albedo may exceed 1, up to ρ_L plus what the lobe reflects.
+    /// reflects: the albedo may exceed 1, up to `ρ_L` plus what the lobe reflects.
     /// Estimates stay unbiased: a photon that gains flux is never ended by roulette and goes on with more than it had, which the ledger
     /// counts as negative absorption. Between white surfaces alone light would grow from bounce to bounce until the bounces end; such scenes
     /// have no solution in nature either.

@@ -6,7 +6,7 @@ use lightloom_passes::scene::SceneInfo;
 use std::fmt;
 
 /// What calms the map of photons. Each spreads what a pixel has over visible pixels near it, and spreads all of it: with E = π L / R the light
-/// before reflection and a_p the area that a pixel shows, Σ E a_p stays as it was, to rounding; on Lambertian surfaces that is the flux. Across
+/// before reflection and `a_p` the area that a pixel shows, Σ E `a_p` stays as it was, to rounding; on Lambertian surfaces that is the flux. Across
 /// the image's edge nothing leaves, and in edges of surfaces light gathers a little.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Denoiser {
@@ -19,7 +19,7 @@ pub enum Denoiser {
     /// [Kim19]: https://doi.org/10.1007/978-1-4842-4427-2_30 "Caustics using screen-space photon mapping, Kim, Ray Tracing Gems chapter 30, 2019"
     #[default]
     Guided,
-    /// [Kim19]'s second: a Gaussian over the image, joined with weights of planes and normals, and for surfaces nearer than `near`, of which a
+    /// [Kim19]'s second: a bell (1 − d²/w²)² over the image, joined with weights of planes and normals, and for surfaces nearer than `near`, of which a
     /// pixel shows too little to meet many photons, over a map of 4 × 4 pixels a texel.
     ///
     /// [Kim19]: https://doi.org/10.1007/978-1-4842-4427-2_30 "Caustics using screen-space photon mapping, Kim, Ray Tracing Gems chapter 30, 2019"
@@ -42,7 +42,7 @@ pub struct ScreenSpaceConfig {
     /// `guided`: pixels that a kernel reaches each way at the most, 1 to 16; raising it lets kernels near the camera be as wide as they are
     /// meant to be, at a cost that grows with its square. 8.
     pub reach: u32,
-    /// `bilateral`: pixels, or texels of the near map, that a kernel reaches each way, 1 to 8: two standard deviations. Raising it blurs and
+    /// `bilateral`: pixels, or texels of the near map, that a kernel reaches each way, 1 to 8. Raising it blurs and
     /// calms, at a cost that grows with its square. 4.
     pub width: u32,
     /// `bilateral`: distance from the camera (m) below which the near map is used; 0: nowhere. Raising it calms near surfaces and blurs them.
@@ -84,7 +84,7 @@ impl ScreenSpaceConfig {
     /// Refuses what code may have set and `--set` would not.
     pub(super) fn check(&self) -> Result<(), StrategyError> {
         let refuse = |setting, value: String, expected| Err(StrategyError::BadSetting { setting, value, expected });
-        if !is_roughness(&self.roughness) {
+        if !is_roughness(self.roughness) {
             return refuse("roughness", self.roughness.to_string(), "a number above 0, at most 1, is needed");
         }
         if !(1..=16).contains(&self.reach) {
@@ -93,16 +93,16 @@ impl ScreenSpaceConfig {
         if !(1..=8).contains(&self.width) {
             return refuse("width", self.width.to_string(), "a number of pixels from 1 to 8 is needed");
         }
-        if let Some(near) = self.near_m.filter(|near| !is_amount(near)) {
+        if let Some(near) = self.near_m.filter(|&near| !is_amount(near)) {
             return refuse("near", near.to_string(), "a length in metres from 0 on is needed");
         }
-        if !is_length(&self.sigma_z) {
+        if !is_length(self.sigma_z) {
             return refuse("sigma_z", self.sigma_z.to_string(), "a positive number is needed");
         }
-        if !is_power(&self.sigma_n) {
+        if !is_power(self.sigma_n) {
             return refuse("sigma_n", self.sigma_n.to_string(), "a number from 0 to 1000 is needed");
         }
-        if !is_amount(&self.gain) {
+        if !is_amount(self.gain) {
             return refuse("gain", self.gain.to_string(), "a number from 0 on is needed");
         }
         Ok(())
@@ -113,14 +113,14 @@ impl ScreenSpaceConfig {
         let refuse =
             |setting, value: f32, expected| Err(StrategyError::BadSetting { setting, value: value.to_string(), expected });
         // A scene without extent still needs a length; nothing is deposited there.
-        let radius = if is_length(&info.bounds_radius) { info.bounds_radius } else { 1.0 };
+        let radius = if is_length(info.bounds_radius) { info.bounds_radius } else { 1.0 };
         // A stated distance moves the automatic one out of its way.
         let most = self.distance_max_m.unwrap_or_else(|| (1.5 * radius).max(self.distance_min_m.unwrap_or(0.0)));
-        if !is_length(&most) {
+        if !is_length(most) {
             return refuse("distance_max", most, "a positive length in metres is needed");
         }
         let least = self.distance_min_m.unwrap_or_else(|| (0.25 * radius).min(most));
-        if !(is_length(&least) && least <= most) {
+        if !(is_length(least) && least <= most) {
             return refuse("distance_min", least, "a positive length in metres, at most distance_max, is needed");
         }
         Ok([least, most])
@@ -150,11 +150,11 @@ impl ScreenSpaceConfig {
                 }
             }
             "roughness" => {
-                let set = assignment.parse(is_roughness, "a number above 0, at most 1, or `auto`, is needed")?;
+                let set = assignment.parse(|&value| is_roughness(value), "a number above 0, at most 1, or `auto`, is needed")?;
                 self.roughness = set.unwrap_or(default.roughness);
             }
-            "distance_min" => self.distance_min_m = assignment.parse(is_length, LENGTH)?,
-            "distance_max" => self.distance_max_m = assignment.parse(is_length, LENGTH)?,
+            "distance_min" => self.distance_min_m = assignment.parse(|&value| is_length(value), LENGTH)?,
+            "distance_max" => self.distance_max_m = assignment.parse(|&value| is_length(value), LENGTH)?,
             "reach" => {
                 let fits = |pixels: &u32| (1..=16).contains(pixels);
                 let set = assignment.parse(fits, "a number of pixels from 1 to 16, or `auto`, is needed")?;
@@ -165,16 +165,23 @@ impl ScreenSpaceConfig {
                 self.width =
                     assignment.parse(fits, "a number of pixels from 1 to 8, or `auto`, is needed")?.unwrap_or(default.width);
             }
-            "near" => self.near_m = assignment.parse(is_amount, "a length in metres from 0 on, or `auto`, is needed")?,
+            "near" => {
+                self.near_m =
+                    assignment.parse(|&value| is_amount(value), "a length in metres from 0 on, or `auto`, is needed")?;
+            }
             "sigma_z" => {
-                self.sigma_z = assignment.parse(is_length, "a positive number, or `auto`, is needed")?.unwrap_or(default.sigma_z);
+                self.sigma_z = assignment
+                    .parse(|&value| is_length(value), "a positive number, or `auto`, is needed")?
+                    .unwrap_or(default.sigma_z);
             }
             "sigma_n" => {
-                let set = assignment.parse(is_power, "a number from 0 to 1000, or `auto`, is needed")?;
+                let set = assignment.parse(|&value| is_power(value), "a number from 0 to 1000, or `auto`, is needed")?;
                 self.sigma_n = set.unwrap_or(default.sigma_n);
             }
             "gain" => {
-                self.gain = assignment.parse(is_amount, "a number from 0 on, or `auto`, is needed")?.unwrap_or(default.gain)
+                self.gain = assignment
+                    .parse(|&value| is_amount(value), "a number from 0 on, or `auto`, is needed")?
+                    .unwrap_or(default.gain);
             }
             "sums" => {
                 self.sums = match assignment.value {
@@ -228,20 +235,20 @@ impl fmt::Display for Denoiser {
     }
 }
 
-fn is_length(value: &f32) -> bool {
-    value.is_finite() && *value > 0.0
+fn is_length(value: f32) -> bool {
+    value.is_finite() && value > 0.0
 }
 
-fn is_amount(value: &f32) -> bool {
-    value.is_finite() && *value >= 0.0
+fn is_amount(value: f32) -> bool {
+    value.is_finite() && value >= 0.0
 }
 
-fn is_roughness(value: &f32) -> bool {
-    *value > 0.0 && *value <= 1.0
+fn is_roughness(value: f32) -> bool {
+    value > 0.0 && value <= 1.0
 }
 
-fn is_power(value: &f32) -> bool {
-    (0.0..=1000.0).contains(value)
+fn is_power(value: f32) -> bool {
+    (0.0..=1000.0).contains(&value)
 }
 
 #[cfg(test)]
@@ -305,12 +312,12 @@ mod tests {
         let scene = unit_scene();
         let distances = |least, most| {
             let config = ScreenSpaceConfig { distance_min_m: least, distance_max_m: most, ..ScreenSpaceConfig::default() };
-            config.distances(&scene)
+            config.distances(&scene).map(|distances| distances.map(f32::to_bits))
         };
         let radius = scene.bounds_radius;
-        assert_eq!(distances(None, None).unwrap(), [0.25 * radius, 1.5 * radius]);
-        assert_eq!(distances(Some(100.0), None).unwrap(), [100.0, 100.0]);
-        assert_eq!(distances(None, Some(0.01)).unwrap(), [0.01, 0.01]);
+        assert_eq!(distances(None, None).unwrap(), [0.25 * radius, 1.5 * radius].map(f32::to_bits));
+        assert_eq!(distances(Some(100.0), None).unwrap(), [100.0_f32; 2].map(f32::to_bits));
+        assert_eq!(distances(None, Some(0.01)).unwrap(), [0.01_f32; 2].map(f32::to_bits));
         assert!(distances(Some(2.0), Some(1.0)).unwrap_err().to_string().contains("distance_min"));
     }
 }

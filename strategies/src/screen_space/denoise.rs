@@ -1,8 +1,14 @@
 //! Denoisers of the map of photons, which conserve its light.
 //!
-//! Filters divide by the sum of the weights that a pixel takes with, and so let bright pixels beside narrow gaps grow. Here each pixel's light is
-//! divided by the sum of the weights that others take it with, S_q = E_q a_q / Σ_p k(p, q) a_p, and p has E_p = Σ_q S_q k(p, q): then Σ E a stays, whatever
-//! the kernel k. It costs one more pass over the lit pixels; the photons' light is one of points and edges, where that shows.
+//! Filters divide by the sum of the weights that a pixel takes with, and so lose and gain light wherever weights change: at edges, of which
+//! caustics are full. Here a pixel's light is divided by the sum of the weights that others take it with:
+//!
+//! ```text
+//! S_q = E_q a_q / Σ_p k(p, q) a_p        # what q gives
+//! E_p = Σ_q S_q k(p, q)                  # what p takes
+//! ```
+//!
+//! so that Σ E a stays, whatever the kernel k. It costs one more pass over the lit pixels.
 
 use super::{Denoiser, ScreenSpaceConfig};
 use crate::{FrameInputs, StrategyError};

@@ -28,8 +28,8 @@
 //!    glass, is counted in `photons_hidden`. A plane does not mistake tilted surfaces for hidden ones, as bounds of depth do.
 //! 4. *The photon is part of direct lighting*: tracing stores no light that comes straight from a light.
 //!
-//! **Area.** The printed a_p = (2 d tan(θ_x/2)/w)(2 d tan(θ_y/2)/h) leaves out that surfaces are tilted. Here it is what the pixel's four corners
-//! cut from the tangent plane, in closed form, so that Σ L a_p / f is the flux of the photons that were seen, from wherever the camera looks.
+//! **Area.** The printed `a_p = (2 d tan(θ_x/2)/w)(2 d tan(θ_y/2)/h)` leaves out that surfaces are tilted. Here it is what the pixel's four corners
+//! cut from the tangent plane, in closed form, so that `Σ L a_p / f` is the flux of the photons that were seen, from wherever the camera looks.
 //!
 //! **Sums.** The chapter loses photons where two threads write one pixel. Sums here are atomic, those of [`SplatSums`]: fixed point by default, the same bits in
 //! every run, with overflow counted in `pixels_overflowed`.
