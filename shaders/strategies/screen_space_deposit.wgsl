@@ -75,10 +75,16 @@ fn deposit(photon: Photon) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn screen_space_deposit(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) workgroups: vec3u,
+fn screen_space_deposit(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32) {
-    let index = linear_index(id, workgroups, 64u);
-    if index < min(photon_state.stored, arrayLength(&photons)) {
+    let stored = min(photon_state.stored, arrayLength(&photons));
+    let first = linear_index(group, workgroups, 1u) * 64u;
+    // Most of a store laid out for all photons lies beyond its caustics: whole workgroups have nothing to count.
+    if first >= stored {
+        return;
+    }
+    let index = first + local;
+    if index < stored {
         let became = deposit(photon_load(photons[index], photon_state.grid));
         if became != NOT_ASKED {
             atomicAdd(&counts[became], 1u);
