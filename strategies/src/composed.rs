@@ -166,7 +166,9 @@ impl Strategy for Composed {
             .dispatch_threads([frame.size[0], frame.size[1], 1]);
 
         for (part, stats) in [(&self.global, &mut global.stats), (&self.caustic, &mut caustic.stats)] {
-            stats.iter_mut().for_each(|stats| stats.put_within(part.name()));
+            for stats in stats {
+                stats.put_within(part.name());
+            }
         }
         global.stats.append(&mut caustic.stats);
         // One part is heard in a frame: the other measures in a later one, for those that measure do so until they know.
@@ -185,11 +187,15 @@ impl Strategy for Composed {
     }
 
     fn reset(&mut self) {
-        self.parts_mut().into_iter().for_each(Strategy::reset);
+        for part in self.parts_mut() {
+            part.reset();
+        }
     }
 
     fn meet_device(&mut self, device: &DeviceTraits) {
-        self.parts_mut().into_iter().for_each(|part| part.meet_device(device));
+        for part in self.parts_mut() {
+            part.meet_device(device);
+        }
     }
 
     fn observe(&mut self, words: &[u32]) -> Result<(), StrategyError> {
