@@ -53,12 +53,12 @@ fn every_photon_counts_once() {
     assert!(found[1] == caustic[1], "the caustics are those of one part");
     let mut lit = 0;
     for (index, pixel) in found[0].pixels.iter().enumerate() {
-        for channel in 0..3 {
+        for (channel, &found) in pixel.iter().enumerate() {
             let [all, replaced] = [0, 1].map(|layer: usize| global[layer].pixels[index][channel]);
-            let expected = all - replaced + caustic[1].pixels[index][channel];
-            let apart = (pixel[channel] - expected).abs();
-            assert!(apart <= 1.2e-7 * (all + expected), "pixel {index}: {} and not {expected}", pixel[channel]);
-            assert!(pixel[channel] >= caustic[1].pixels[index][channel], "pixel {index}: what is not caustic is not negative");
+            let caustic = caustic[1].pixels[index][channel];
+            let expected = all - replaced + caustic;
+            assert!((found - expected).abs() <= 1.2e-7 * (all + expected), "pixel {index}: {found} and not {expected}");
+            assert!(found >= caustic, "pixel {index}: what is not caustic is not negative");
             lit += u32::from(replaced > 0.0 && all > replaced);
         }
     }
