@@ -42,7 +42,7 @@ pub(crate) struct RenderArgs {
     /// The image: .exr for linear radiance, .png tone-mapped
     #[arg(short, long, value_name = "OUT.{exr,png}")]
     pub(crate) output: PathBuf,
-    /// How radiance is estimated; `path` is the reference
+    /// How radiance is estimated; `path` is the reference; A+B takes caustics from B, such as screen-space, and the rest from A
     #[arg(long, value_name = "NAME", default_value = "tiled", value_parser = parse_strategy)]
     pub(crate) strategy: String,
     /// Paths per pixel of strategy `path`
@@ -87,7 +87,7 @@ pub(crate) struct SceneArgs {
     /// A .gltf or .glb file, or builtin:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// Set a parameter of a strategy; with several strategies also as NAME.K=V; of the filter as filter.K=V, K one of `history` (0.95),
+    /// Set a parameter of a strategy; with several strategies, or parts of one, also as NAME.K=V; of the filter as filter.K=V, K one of `history` (0.95),
     /// `iterations` (4), `clip` (3), `sigma_z` (1), `sigma_n` (32)
     #[arg(long = "set", value_name = "K=V")]
     pub(crate) assignments: Vec<Assignment>,

@@ -93,6 +93,7 @@ impl From<StrategyError> for Error {
     fn from(error: StrategyError) -> Self {
         match error {
             StrategyError::UnknownStrategy { .. }
+            | StrategyError::NotComposable { .. }
             | StrategyError::UnknownParameter { .. }
             | StrategyError::BadValue { .. }
             | StrategyError::BadSetting { .. }

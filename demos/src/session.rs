@@ -14,7 +14,7 @@ use lightloom_graph::wgpu::Features;
 use lightloom_graph::{Executor, Gpu, GpuRequest, Profile};
 use lightloom_passes::scene::{Bvh, Camera, Environment, GpuScene, Reflection, Scene, builtin};
 use lightloom_passes::{PhotonStore, RayBackend};
-use lightloom_strategies::{Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
+use lightloom_strategies::{Composed, Layer, Pipeline, Rendered, Settings, StrategyError, by_name_with, registry};
 
 use crate::cli::{Emission, FirstHit, Materials, SceneArgs};
 use crate::progress::ProgressLine;
@@ -307,17 +307,22 @@ fn pipelines(args: &SceneArgs, strategies: &[String]) -> Result<Vec<Pipeline>, E
     Ok(pipelines)
 }
 
-/// Sets a parameter of the strategy named, or of all that have it; one of them must.
+/// Sets a parameter of the strategy named, alone and as a part of another, or of all that have it; one of them must.
 fn assign(pipelines: &mut [Pipeline], assignment: &Assignment) -> Result<(), Error> {
     let Assignment { strategy: wanted, key, value } = assignment;
     let mut unknown = None;
     let mut set = false;
     for pipeline in pipelines {
         let strategy = pipeline.strategy_mut();
-        if wanted.as_deref().is_some_and(|name| name != strategy.name()) {
-            continue;
-        }
-        match strategy.set(key, value) {
+        let outcome = match wanted.as_deref() {
+            Some(name) if name == strategy.name() => strategy.set(key, value),
+            Some(name) if strategy.name().split(Composed::JOINT).any(|part| part == name) => {
+                strategy.set(&format!("{name}.{key}"), value)
+            }
+            Some(_) => continue,
+            None => strategy.set(key, value),
+        };
+        match outcome {
             Ok(()) => set = true,
             Err(error @ StrategyError::UnknownParameter { .. }) => unknown = unknown.or(Some(error)),
             Err(error) => return Err(error.into()),
@@ -421,6 +426,20 @@ mod tests {
         assign(&mut pipelines, &"hash-grid.r_max=0.25".parse().unwrap()).unwrap();
         assert_eq!(value(&pipelines, "tiled", "r_max"), "0.5");
         assert_eq!(value(&pipelines, "hash-grid", "r_max"), "0.25");
+    }
+
+    #[test]
+    fn an_assignment_reaches_parts() {
+        let mut pipelines = prepared(&["tiled", "tiled+screen-space"]);
+        for assignment in ["screen-space.denoiser=none", "tiled.r_max=0.5", "tiled+screen-space.r_min=0.25"] {
+            assign(&mut pipelines, &assignment.parse().unwrap()).unwrap();
+        }
+        assert_eq!(value(&pipelines, "tiled+screen-space", "screen-space.denoiser"), "none");
+        assert_eq!(value(&pipelines, "tiled+screen-space", "tiled.r_max"), "0.5");
+        assert_eq!(value(&pipelines, "tiled+screen-space", "tiled.r_min"), "0.25");
+        assert_eq!([value(&pipelines, "tiled", "r_max"), value(&pipelines, "tiled", "r_min")], ["0.5", "auto"]);
+        let error = assign(&mut pipelines, &"exact.r_max=1".parse().unwrap()).unwrap_err().to_string();
+        assert!(error.contains("`exact` is not among those rendered here"), "{error}");
     }
 
     #[test]

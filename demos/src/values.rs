@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use lightloom_strategies::Layer;
+use lightloom_strategies::{Composed, Layer, ScreenSpace, SortedGrid};
 
 use crate::{Error, MAX_SIZE};
 
@@ -179,13 +179,19 @@ pub(crate) fn parse_rate(text: &str) -> Result<f32, String> {
     }
 }
 
-/// The name of a strategy that there is.
+/// The name of a strategy that there is, or of two that are composed; whether they can be is told when they are built.
 pub(crate) fn parse_strategy(text: &str) -> Result<String, String> {
     let names = crate::session::strategy_names();
-    if names.contains(&text) {
-        return Ok(text.to_owned());
+    let joint = Composed::JOINT;
+    match text.split(joint).find(|part| !names.contains(part)) {
+        None => Ok(text.to_owned()),
+        Some(part) => Err(format!(
+            "no strategy has the name `{part}`; there are: {}; two make one frame as `{}{joint}{}`",
+            names.join(", "),
+            SortedGrid::NAME,
+            ScreenSpace::NAME,
+        )),
     }
-    Err(format!("no strategy has this name; there are: {}", names.join(", ")))
 }
 
 /// What an image shows.
@@ -301,9 +307,11 @@ mod tests {
         assert_eq!((dotted.strategy.as_deref(), &*dotted.key, &*dotted.value), (Some("splat-2.5d"), "corners", "8.5"));
         let one: Assignment = "tiled.size=8".parse().unwrap();
         assert_eq!((one.strategy.as_deref(), one.key.as_str()), (Some("tiled"), "size"));
+        let composed: Assignment = "splat-2.5d+screen-space.gain=2".parse().unwrap();
+        assert_eq!((composed.strategy.as_deref(), composed.key.as_str()), (Some("splat-2.5d+screen-space"), "gain"));
         let filter: Assignment = "filter.clip=2".parse().unwrap();
         assert_eq!((filter.strategy.as_deref(), filter.key.as_str()), (Some(FILTER), "clip"));
-        for wrong in ["cell", "=1", "cell=", "nobody.cell=1", ""] {
+        for wrong in ["cell", "=1", "cell=", "nobody.cell=1", "tiled+nobody.cell=1", ""] {
             assert!(wrong.parse::<Assignment>().is_err(), "{wrong}");
         }
     }

@@ -126,6 +126,9 @@ fn unknown_names_list_those_there_are() {
     let place = Place::new();
     let line = "render builtin:cornell -o a.exr";
     place.refuses(&format!("{line} --strategy voxels"), 2, &["voxels", "tiled", "hash-grid", "exact", "path"]);
+    place.refuses(&format!("{line} --strategy tiled+voxels"), 2, &["`voxels`", "tiled", "sorted-grid+screen-space"]);
+    place.refuses(&format!("{line} --strategy tiled+exact"), 2, &["tiled+exact", "both", "screen-space"]);
+    place.refuses("graph builtin:cornell --strategy splat-3d+screen-space", 2, &["`splat-3d`", "caustics", "sorted-grid"]);
     place.refuses(&format!("{line} --layer shadows"), 2, &["shadows", "indirect", "caustic", "pass:NAME"]);
     place.refuses(&format!("{line} --layer pass:"), 2, &["pass:gbuffer"]);
     place.refuses("compare builtin:cornell -o out --layer pass:gbuffer", 2, &["pass:gbuffer", "lightloom render"]);
@@ -468,6 +471,11 @@ fn graph_speaks_dot_json_and_frame() {
     // A frame that `graph` writes is one that `plan` reads.
     assert!(place.run(&format!("{line} --format frame -o frame.json")).status.success(), "--format frame");
     place.does("plan frame.json --json");
+    let composed = place
+        .does("graph builtin:cornell --strategy tiled+screen-space --set screen-space.denoiser=none --size 32x18 --format json");
+    let plan = String::from_utf8_lossy(&composed.stdout);
+    assert!(plan.contains("composed_indirect") && plan.contains("tiled_gather"), "{plan}");
+    assert!(plan.contains("screen_space_deposit") && !plan.contains("screen_space_guided"), "{plan}");
 }
 
 /// Runs the program with an adapter asked for that there is not.

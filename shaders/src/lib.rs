@@ -129,6 +129,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/warp.wgsl",
     "shared/workgroup_scan.wgsl",
     "strategies/auto_measure.wgsl",
+    "strategies/composed_indirect.wgsl",
     "strategies/density_tiles.wgsl",
     "strategies/exact_gather.wgsl",
     "strategies/exact_resolve.wgsl",

@@ -15,11 +15,19 @@ pub enum StrategyError {
         /// The names there are, for a person to read.
         known: String,
     },
+    /// These strategies cannot share a frame.
+    #[error("strategies cannot be composed as `{name}`: {reason}")]
+    NotComposable {
+        /// The composition asked for.
+        name: String,
+        /// What is in the way and what would do, for a person to read.
+        reason: String,
+    },
     /// The strategy has no such parameter.
     #[error("strategy `{strategy}` has no parameter `{key}`; its parameters are {known}")]
     UnknownParameter {
         /// Name of the strategy.
-        strategy: &'static str,
+        strategy: String,
         /// The parameter asked for.
         key: String,
         /// The parameters there are, for a person to read.
@@ -29,7 +37,7 @@ pub enum StrategyError {
     #[error("parameter `{key}` of strategy `{strategy}` cannot be `{value}`: {expected}")]
     BadValue {
         /// Name of the strategy.
-        strategy: &'static str,
+        strategy: String,
         /// The parameter.
         key: String,
         /// The value that was given.
@@ -41,13 +49,13 @@ pub enum StrategyError {
     #[error("strategy `{strategy}` gathers photons, and the frame has none: trace some and pass them in `FrameInputs::photons`")]
     NeedsPhotons {
         /// Name of the strategy.
-        strategy: &'static str,
+        strategy: String,
     },
     /// The adapter lacks what the strategy needs.
     #[error("strategy `{strategy}` cannot run on this adapter: {missing}")]
     Unsupported {
         /// Name of the strategy.
-        strategy: &'static str,
+        strategy: String,
         /// What is missing, for a person to read.
         missing: String,
     },

@@ -148,7 +148,7 @@ impl Gather {
         };
         let indirect = everywhere("upsample_indirect", sums.indirect);
         let caustic = everywhere("upsample_caustic", sums.caustic);
-        Estimate { caustic: Some(caustic), stats: Some(stats), ..Estimate::new(indirect) }
+        Estimate { caustic: Some(caustic), stats: vec![stats], ..Estimate::new(indirect) }
     }
 }
 
@@ -223,6 +223,6 @@ mod tests {
         assert!(sampling.set(&Assignment { strategy: "tiled", key: "subsampling", value: "4" }).unwrap());
         assert_eq!(sampling, GatherSampling { selection: Some(0.25), subsampling: Some(4) });
         let shown = sampling.parameters().map(|parameter| (parameter.name, parameter.value));
-        assert_eq!(shown, [("selection", "0.25".to_owned()), ("subsampling", "4".to_owned())]);
+        assert_eq!(shown, [("selection".into(), "0.25".to_owned()), ("subsampling".into(), "4".to_owned())]);
     }
 }

@@ -21,6 +21,7 @@
 //! ```
 
 mod auto;
+mod composed;
 mod density_tiles;
 mod device_traits;
 mod error;
@@ -51,6 +52,7 @@ mod tiled;
 mod view_grid;
 
 pub use auto::{Auto, AutoConfig};
+pub use composed::Composed;
 pub use density_tiles::DensityTiles;
 pub use device_traits::DeviceTraits;
 pub use error::StrategyError;

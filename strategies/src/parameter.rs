@@ -1,13 +1,14 @@
 //! Parameters of strategies, as text: what `--set key=value` and a report can show.
 
 use crate::StrategyError;
+use std::borrow::Cow;
 use std::str::FromStr;
 
 /// One parameter of a strategy and its present value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// Name, as in `--set name=value`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Present value, in the form [`Strategy::set`](crate::Strategy::set) reads; `auto` where the strategy chooses.
     pub value: String,
     /// Meaning, unit, and the effect of raising it.
@@ -18,14 +19,14 @@ impl Parameter {
     /// A parameter with its value; `None` reads `auto`.
     pub fn new<T: ToString>(name: &'static str, value: Option<T>, doc: &'static str) -> Self {
         let value = value.map_or_else(|| "auto".to_owned(), |value| value.to_string());
-        Self { name, value, doc }
+        Self { name: name.into(), value, doc }
     }
 }
 
 /// One attempt to set a parameter: who asks, what and to which value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment<'a> {
-    pub(crate) strategy: &'static str,
+    pub(crate) strategy: &'a str,
     pub(crate) key: &'a str,
     pub(crate) value: &'a str,
 }
@@ -33,14 +34,19 @@ pub(crate) struct Assignment<'a> {
 impl Assignment<'_> {
     /// The error for a value that does not fit.
     pub(crate) fn refuse(&self, expected: &'static str) -> StrategyError {
-        StrategyError::BadValue { strategy: self.strategy, key: self.key.to_owned(), value: self.value.to_owned(), expected }
+        StrategyError::BadValue {
+            strategy: self.strategy.to_owned(),
+            key: self.key.to_owned(),
+            value: self.value.to_owned(),
+            expected,
+        }
     }
 
     /// The error for a key that no parameter has.
     pub(crate) fn unknown(&self, parameters: &[Parameter]) -> StrategyError {
         let names: Vec<_> = parameters.iter().map(|parameter| format!("`{}`", parameter.name)).collect();
         StrategyError::UnknownParameter {
-            strategy: self.strategy,
+            strategy: self.strategy.to_owned(),
             key: self.key.to_owned(),
             known: if names.is_empty() { "none".to_owned() } else { names.join(", ") },
         }

@@ -84,9 +84,9 @@ impl Strategy for Path {
             });
         let settings = PathSettings { seed: frame.seed, frame: frame.frame_index, max_bounces: frame.max_bounces };
         let layers = self.trace.add(graph, frame.scene, frame.info, frame.camera, splats.as_ref(), settings);
-        let stats = splats.map(|splats| Stats { buffer: splats.overflowed, names: &["splats_overflowed"] });
+        let stats = splats.map(|splats| Stats::new(splats.overflowed, &["splats_overflowed"]));
         Ok(Estimate {
-            stats,
+            stats: stats.into_iter().collect(),
             direct: Some(layers.direct),
             caustic: Some(layers.caustic),
             covers_specular: true,

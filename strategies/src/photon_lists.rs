@@ -221,6 +221,6 @@ impl ListStats {
             .read("offsets", &lists.offsets)
             .write("stats", &mut stats)
             .dispatch([lists.lists.div_ceil(64).clamp(1, WORKGROUPS), 1, 1]);
-        Stats { buffer: stats, names }
+        Stats::new(stats, names)
     }
 }

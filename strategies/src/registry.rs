@@ -3,8 +3,8 @@
 use lightloom_graph::WgslSources;
 
 use crate::{
-    Auto, Exact, HashGrid, Path, ScreenSpace, SortedGrid, Splat3d, Splat25d, SplatCompute, Strategy, StrategyError, Tiled,
-    ViewGrid,
+    Auto, Composed, Exact, HashGrid, Path, ScreenSpace, SortedGrid, Splat3d, Splat25d, SplatCompute, Strategy, StrategyError,
+    Tiled, ViewGrid,
 };
 
 /// A strategy that can be built.
@@ -38,8 +38,22 @@ pub fn by_name(name: &str) -> Result<Box<dyn Strategy>, StrategyError> {
     by_name_with(name, &lightloom_passes::shaders())
 }
 
-/// Builds the strategy of that name, with the shaders of `sources`.
+/// Builds the strategy of that name, with the shaders of `sources`. Two names joined by a plus sign, such as `sorted-grid+screen-space`,
+/// name their [composition](Composed).
 pub fn by_name_with(name: &str, sources: &WgslSources) -> Result<Box<dyn Strategy>, StrategyError> {
+    if !name.contains(Composed::JOINT) {
+        return part(name, sources);
+    }
+    let parts: Vec<_> = name.split(Composed::JOINT).map(|name| part(name, sources)).collect::<Result<_, _>>()?;
+    let count = parts.len();
+    let parts: [Box<dyn Strategy>; 2] = parts.try_into().map_err(|_| StrategyError::NotComposable {
+        name: name.to_owned(),
+        reason: format!("{count} strategies are named; two make a frame"),
+    })?;
+    Ok(Box::new(Composed::new(sources, parts)?))
+}
+
+fn part(name: &str, sources: &WgslSources) -> Result<Box<dyn Strategy>, StrategyError> {
     let Some(entry) = registry().iter().find(|entry| entry.name == name) else {
         let names: Vec<_> = registry().iter().map(|entry| format!("`{}`", entry.name)).collect();
         return Err(StrategyError::UnknownStrategy { name: name.to_owned(), known: names.join(", ") });
@@ -59,7 +73,7 @@ mod tests {
             assert!(!strategy.description().is_empty(), "{} needs a description", entry.name);
             for parameter in strategy.parameters() {
                 assert!(!parameter.doc.is_empty(), "{}: `{}` needs a description", entry.name, parameter.name);
-                strategy.set(parameter.name, &parameter.value).expect("a shown value can be set again");
+                strategy.set(&parameter.name, &parameter.value).expect("a shown value can be set again");
             }
         }
     }

@@ -329,7 +329,7 @@ impl Strategy for SplatCompute {
                 Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
             }
         };
-        Ok(Estimate { stats: Some(Stats { buffer: stats, names: &["pixel_blocks", "pixels_overflowed"] }), ..estimate })
+        Ok(Estimate { stats: vec![Stats::new(stats, &["pixel_blocks", "pixels_overflowed"])], ..estimate })
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {

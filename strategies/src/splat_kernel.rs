@@ -289,7 +289,7 @@ mod tests {
             "an unknown key is left to others"
         );
         for parameter in kernel.parameters() {
-            let set = kernel.set(&Assignment { strategy: "splat-3d", key: parameter.name, value: "4" });
+            let set = kernel.set(&Assignment { strategy: "splat-3d", key: &parameter.name, value: "4" });
             assert!(parameter.name == "s_n" || set.unwrap(), "{} is set by its name", parameter.name);
         }
         // And by code.

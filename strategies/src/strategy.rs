@@ -11,10 +11,10 @@ use lightloom_passes::{CameraUniform, GBuffer, Irradiance, Photons};
 /// Object-safe; a strategy knows the graph, the passes and its own shaders, and touches no device.
 pub trait Strategy {
     /// Identifier used in labels, command lines and reports, e.g. `"hash-grid"`.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
 
     /// One line for people: the method, its source, its bias.
-    fn description(&self) -> &'static str;
+    fn description(&self) -> &str;
 
     /// What it needs of a device. The default is WebGPU's guarantee.
     fn requirements(&self) -> Requirements {
@@ -27,8 +27,8 @@ pub trait Strategy {
     }
 
     /// Whether it estimates caustics and no other indirect light: its `indirect` is its `caustic`. Photons whose first scattering is not
-    /// specular are then not followed. A frame that composes it with another strategy takes the caustics from it and the rest, `indirect`
-    /// less `caustic`, from the other.
+    /// specular are then not followed. [`Composed`](crate::Composed) takes caustics from it and the rest, `indirect` less `caustic`,
+    /// from another strategy.
     fn caustics_only(&self) -> bool {
         false
     }
@@ -101,8 +101,8 @@ impl<'a> FrameInputs<'a> {
     }
 
     /// The photons, or the error that names `strategy`.
-    pub fn need_photons(&self, strategy: &'static str) -> Result<&'a Photons, StrategyError> {
-        self.photons.ok_or(StrategyError::NeedsPhotons { strategy })
+    pub fn need_photons(&self, strategy: &str) -> Result<&'a Photons, StrategyError> {
+        self.photons.ok_or_else(|| StrategyError::NeedsPhotons { strategy: strategy.to_owned() })
     }
 }
 
@@ -121,7 +121,7 @@ pub struct Estimate {
     /// The images also hold the pixels whose first surface is specular. Otherwise the pipeline's own pass fills them.
     pub covers_specular: bool,
     /// Counts for the report.
-    pub stats: Option<Stats>,
+    pub stats: Vec<Stats>,
     /// Counts for the strategy itself: the pipeline hands them to [`Strategy::observe`] after the frame.
     pub measures: Option<Stats>,
 }
@@ -129,7 +129,15 @@ pub struct Estimate {
 impl Estimate {
     /// An estimate of indirect light and nothing else.
     pub fn new(indirect: Handle<Texture>) -> Self {
-        Self { indirect, caustic: None, irradiance: None, direct: None, covers_specular: false, stats: None, measures: None }
+        Self {
+            indirect,
+            caustic: None,
+            irradiance: None,
+            direct: None,
+            covers_specular: false,
+            stats: Vec::new(),
+            measures: None,
+        }
     }
 }
 
@@ -140,4 +148,24 @@ pub struct Stats {
     pub buffer: Handle<Buffer>,
     /// What the words count. A name that ends in `dropped` is light lost for want of room, and is reported as a warning, as is one in `overflowed` or `cut`.
     pub names: &'static [&'static str],
+    /// The strategy that counts, where it is a part of the frame's.
+    pub part: Option<String>,
+}
+
+impl Stats {
+    /// Counts of the frame's strategy itself.
+    pub fn new(buffer: Handle<Buffer>, names: &'static [&'static str]) -> Self {
+        Self { buffer, names, part: None }
+    }
+
+    /// These are the counts of `strategy`, a part of the frame's.
+    pub(crate) fn put_within(&mut self, strategy: &str) {
+        self.part = Some(self.part.as_ref().map_or_else(|| strategy.to_owned(), |inner| format!("{strategy}.{inner}")));
+    }
+
+    /// The names, each behind that of the part that counts, such as `screen-space.photons_seen`.
+    pub fn labels(&self) -> Vec<String> {
+        let label = |name: &&str| self.part.as_ref().map_or_else(|| (*name).to_owned(), |part| format!("{part}.{name}"));
+        self.names.iter().map(label).collect()
+    }
 }

@@ -141,6 +141,6 @@ impl Measure {
             .write("counts", &mut counts)
             .heavy()
             .dispatch([samples[0], samples[1], 1]);
-        Stats { buffer: counts, names: &NAMES }
+        Stats::new(counts, &NAMES)
     }
 }

@@ -133,7 +133,7 @@ impl Auto {
         }
         let strategy = &mut *self.built[at].1;
         for parameter in self.config.radius.parameters() {
-            strategy.set(parameter.name, &parameter.value)?;
+            strategy.set(&parameter.name, &parameter.value)?;
         }
         Ok(strategy)
     }

@@ -50,7 +50,7 @@ pub struct FrameLayers {
     /// The photons, for strategies that use them.
     pub photons: Option<Photons>,
     /// The strategy's counts.
-    pub stats: Option<Stats>,
+    pub stats: Vec<Stats>,
     /// Counts for the strategy itself: read them back and hand them to [`Strategy::observe`](crate::Strategy::observe).
     pub measures: Option<Stats>,
 }

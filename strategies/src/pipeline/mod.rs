@@ -211,7 +211,7 @@ impl Pipeline {
         if missing.is_empty() {
             return Ok(());
         }
-        Err(StrategyError::Unsupported { strategy: self.strategy.name(), missing: missing.join("; ") })
+        Err(StrategyError::Unsupported { strategy: self.strategy.name().to_owned(), missing: missing.join("; ") })
     }
 }
 
@@ -220,18 +220,19 @@ struct FrameReadbacks {
     surfaces: Vec<(Layer, Readback)>,
     lights: Vec<(Layer, Readback, Option<Readback>)>,
     photon_state: Option<Readback>,
-    stats: Option<(&'static [&'static str], Readback)>,
+    stats: Vec<(Vec<String>, Readback)>,
     measures: Option<Readback>,
 }
 
 impl FrameReadbacks {
     /// Surfaces come from the first frame, whose samples are the pixels' centres; light from the last, the mean of all.
     fn new(graph: &mut Graph<'_>, layers: &FrameLayers, settings: &Settings, frame: u32) -> Self {
-        let mut readbacks = Self { surfaces: Vec::new(), lights: Vec::new(), photon_state: None, stats: None, measures: None };
+        let mut readbacks =
+            Self { surfaces: Vec::new(), lights: Vec::new(), photon_state: None, stats: Vec::new(), measures: None };
         // Reading counts back would keep the photons alive where only surfaces are asked for.
         if settings.show_light() {
             readbacks.photon_state = layers.photons.as_ref().map(|photons| graph.readback_buffer(&photons.state));
-            readbacks.stats = layers.stats.as_ref().map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
+            readbacks.stats = layers.stats.iter().map(|stats| (stats.labels(), graph.readback_buffer(&stats.buffer))).collect();
             readbacks.measures = layers.measures.as_ref().map(|measures| graph.readback_buffer(&measures.buffer));
         }
         for &layer in &settings.layers {
@@ -263,8 +264,8 @@ impl FrameReadbacks {
             let photons = settings.photon_settings(0);
             rendered.add_photons(settings.photons, photons.capacity, &state, 1.0 / f64::from(photons.ledger_scale(info)));
         }
-        if let Some((names, readback)) = self.stats {
-            rendered.add_stats(names, &output.cast::<u32>(readback));
+        for (names, readback) in self.stats {
+            rendered.add_stats(&names, &output.cast::<u32>(readback));
         }
         add_times(&mut rendered.passes, output.passes.iter().map(|pass| (&*pass.name, pass.gpu_ms)));
         if output.memory.allocated_bytes >= rendered.memory.allocated_bytes {

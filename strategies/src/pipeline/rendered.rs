@@ -24,7 +24,7 @@ pub struct Rendered {
     /// Transient memory of the largest frame.
     pub memory: Memory,
     /// The strategy's counts by name: the largest over the frames.
-    pub stats: Vec<(&'static str, u32)>,
+    pub stats: Vec<(String, u32)>,
     /// What the strategy chose in the last frame, and why, if it has a choice.
     pub choice: Option<String>,
     /// What a person should know, such as photons that found no room.
@@ -62,12 +62,12 @@ impl Rendered {
     }
 
     /// Adds one frame's counts.
-    pub(super) fn add_stats(&mut self, names: &'static [&'static str], counts: &[u32]) {
-        for (&name, &count) in names.iter().zip(counts) {
-            if let Some((_, largest)) = self.stats.iter_mut().find(|(other, _)| *other == name) {
+    pub(super) fn add_stats(&mut self, names: &[String], counts: &[u32]) {
+        for (name, &count) in names.iter().zip(counts) {
+            if let Some((_, largest)) = self.stats.iter_mut().find(|(other, _)| other == name) {
                 *largest = count.max(*largest);
             } else {
-                self.stats.push((name, count));
+                self.stats.push((name.clone(), count));
             }
         }
     }
@@ -192,13 +192,14 @@ mod tests {
         for _ in 0..2 {
             rendered.add_photons(10, 8, &state, 0.5);
         }
-        rendered.add_stats(&["entries", "entries_dropped"], &[5, 0]);
-        rendered.add_stats(&["entries", "entries_dropped"], &[4, 3]);
+        let [entries, dropped] = ["entries", "tiled.entries_dropped"].map(str::to_owned);
+        rendered.add_stats(&[entries.clone(), dropped.clone()], &[5, 0]);
+        rendered.add_stats(&[entries.clone(), dropped.clone()], &[4, 3]);
         rendered.finish("tiled");
         let photons = rendered.photons.unwrap();
         assert_eq!((photons.emitted, photons.stored, photons.dropped, photons.ledger.emitted[0]), (20, 16, 4, 200));
         assert!((photons.flux.emitted[0] - 50.0).abs() < 1e-9, "100 units of ½ W in each frame");
-        assert_eq!(rendered.stats, [("entries", 5), ("entries_dropped", 3)]);
+        assert_eq!(rendered.stats, [(entries, 5), (dropped, 3)]);
         assert_eq!(rendered.warnings.len(), 2, "{:?}", rendered.warnings);
         assert!(rendered.warnings[0].contains("4 of 20") && rendered.warnings[1].contains("`tiled`"), "{:?}", rendered.warnings);
     }

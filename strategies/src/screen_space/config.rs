@@ -280,6 +280,7 @@ mod tests {
             assert!(error.contains(key) && error.contains(value) && error.contains("is needed"), "{error}");
         }
         assert_eq!(config, ScreenSpaceConfig::default(), "what is refused changes nothing");
+        let parameters = config.parameters();
         let mut set = |key, value| config.set(&Assignment { strategy: "screen-space", key, value }).unwrap();
         assert!(!set("radius", "1"), "an unknown key is left to others");
         for (key, value) in
@@ -287,8 +288,8 @@ mod tests {
         {
             assert!(set(key, value), "{key}");
         }
-        for parameter in ScreenSpaceConfig::default().parameters() {
-            assert!(set(parameter.name, "auto"), "{}", parameter.name);
+        for parameter in &parameters {
+            assert!(set(&parameter.name, "auto"), "{}", parameter.name);
         }
         assert_eq!(config, ScreenSpaceConfig::default(), "`auto` gives every parameter back");
         let wrong: [fn(&mut ScreenSpaceConfig); 7] = [

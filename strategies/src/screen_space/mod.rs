@@ -250,7 +250,7 @@ impl Strategy for ScreenSpace {
             .write("caustic", &mut caustic)
             .dispatch_threads([frame.size[0], frame.size[1], 1]);
         let names = &["photons_seen", "photons_off_screen", "photons_hidden", "pixels_overflowed"];
-        Ok(Estimate { caustic: Some(caustic), stats: Some(Stats { buffer: stats, names }), ..Estimate::new(indirect) })
+        Ok(Estimate { caustic: Some(caustic), stats: vec![Stats::new(stats, names)], ..Estimate::new(indirect) })
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<(), StrategyError> {

@@ -189,7 +189,7 @@ impl Splat {
             SplatShape::Sphere => self.spheres(graph, &draw, &mut overflowed),
             SplatShape::Ellipsoid => self.ellipsoids(graph, &draw, &mut overflowed),
         };
-        Ok(Estimate { stats: Some(Stats { buffer: overflowed, names: &["pixels_overflowed"] }), ..estimate })
+        Ok(Estimate { stats: vec![Stats::new(overflowed, &["pixels_overflowed"])], ..estimate })
     }
 
     fn arguments(&self, graph: &mut Graph<'_>, photons: &Photons, vertices: u32) -> Handle<Buffer> {

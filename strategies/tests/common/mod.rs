@@ -280,11 +280,14 @@ impl Bench {
         let estimate = self.declare(&mut graph, strategy, view, photons, stored, deterministic);
         let indirect = graph.readback_texture(&estimate.indirect);
         let caustic = graph.readback_texture(estimate.caustic.as_ref().expect("the strategy tells caustics apart"));
-        let stats = estimate.stats.map(|stats| (stats.names, graph.readback_buffer(&stats.buffer)));
+        let stats: Vec<_> = estimate.stats.iter().map(|stats| (stats.names, graph.readback_buffer(&stats.buffer))).collect();
         let output = self.executor.execute(graph).expect("the frame runs");
-        let counts =
-            |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback)).collect();
-        Images { indirect: output.cast(indirect), caustic: output.cast(caustic), stats: stats.map(counts).unwrap_or_default() }
+        let counts = |(names, readback): (&'static [&'static str], _)| names.iter().copied().zip(output.cast::<u32>(readback));
+        Images {
+            indirect: output.cast(indirect),
+            caustic: output.cast(caustic),
+            stats: stats.into_iter().flat_map(counts).collect(),
+        }
     }
 
     /// The same for strategies that sum irradiance.

@@ -7,6 +7,7 @@ mod bias_and_variance;
 mod blinn_phong;
 mod closed_box;
 mod closed_sphere;
+mod composed;
 mod convergence;
 mod culling;
 mod determinism;
