@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! for each chunk of photons:                       # one dispatch each
-//!     for each pixel (x, y) with visible point X:  # one thread each
+//!     for each pixel (x, y) with visible point X:  # one thread for four
 //!         for each photon P of the chunk:
 //!             sum[x, y] += contribution of P at X  # 0 beyond the radius of P
 //! image = sum
@@ -30,6 +30,8 @@ const MIN_CHUNK: u64 = 256;
 /// And at the most: llvmpipe ends every loop of an invocation once they have turned 65,535 times together. A photon takes
 /// one turn where it is near and a fraction of one to test.
 const MAX_CHUNK: u64 = 1 << 14;
+/// Pixels below one another that a thread sums.
+const PIXELS_PER_THREAD: u32 = 4;
 
 shader_struct! {
     /// Parameters of `exact_gather`.
@@ -141,7 +143,7 @@ impl Strategy for Exact {
                 .write("indirect_sum", &mut indirect_sum)
                 .write("caustic_sum", &mut caustic_sum)
                 .heavy()
-                .dispatch_threads([frame.size[0], frame.size[1], 1]);
+                .dispatch_threads([frame.size[0], frame.size[1].div_ceil(PIXELS_PER_THREAD), 1]);
         }
 
         let mut indirect = graph.texture("exact_indirect", radiance_desc(frame.size));

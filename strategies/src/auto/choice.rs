@@ -15,8 +15,8 @@
 //! [`Costs::SOFTWARE`] were fitted to lavapipe (Mesa 22.3.6, LLVM 15, 256 bits): to the CPU time of 14 frames of five scenes, with 80 to
 //! 145,000 photons stored, 14,400 to 230,400 pixels, and 0.1 to 180 photons in reach of a pixel; least of three rounds each. They predict
 //! what they were fitted to within 9 % (`tiled`), 21 % (splats) and 38 % (`sorted-grid`), as the root mean square of the logarithm. In
-//! 12 of the frames what was predicted to be the cheapest was; in the others it took 1.1 and 1.3 times the time of the cheapest. `sorted-grid`
-//! gathered for four pixels a thread then, and has since become faster where many photons are in reach.
+//! 12 of the frames what was predicted to be the cheapest was; in the others it took 1.1 and 1.3 times the time of the cheapest. A thread of
+//! `sorted-grid` gathered for four pixels then and now for sixteen, one of `exact` for one and now for four: both have become faster where photons are dense.
 //!
 //! [`Costs::HARDWARE`] were measured nowhere. They are reasoned, in loads of 16 bytes and what takes as long, for a device with raster
 //! units: where few photons are near, a frame of splats costs little beyond its pixels, so that few photons and kernels of few pixels are
