@@ -42,7 +42,8 @@ pub(crate) struct RenderArgs {
     /// The image: .exr for linear radiance, .png tone-mapped
     #[arg(short, long, value_name = "OUT.{exr,png}")]
     pub(crate) output: PathBuf,
-    /// How radiance is estimated; `path` is the reference; A+B takes caustics from B, such as screen-space, and the rest from A
+    /// How radiance is estimated; `path` is the reference; A+B takes caustics from the one that estimates nothing else, such as
+    /// `screen-space`, and the rest from the other
     #[arg(long, value_name = "NAME", default_value = "tiled", value_parser = parse_strategy)]
     pub(crate) strategy: String,
     /// Paths per pixel of strategy `path`
@@ -64,7 +65,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// Strategies to compare; all but `path` and `screen-space`, which shows caustics alone, when not given
+    /// Strategies to compare; when not given all but `path`, `auto`, which is one of the others, and `screen-space`, which shows caustics alone
     #[arg(long, value_name = "A,B,…", value_delimiter = ',', value_parser = parse_strategy)]
     pub(crate) strategies: Vec<String>,
     /// What to compare with: `path` renders it here, a file is read
@@ -87,8 +88,8 @@ pub(crate) struct SceneArgs {
     /// A .gltf or .glb file, or builtin:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: PathBuf,
-    /// Set a parameter of a strategy; with several strategies, or parts of one, also as NAME.K=V; of the filter as filter.K=V, K one of `history` (0.95),
-    /// `iterations` (4), `clip` (3), `sigma_z` (1), `sigma_n` (32)
+    /// Set a parameter of a strategy; with several strategies, or parts of one, also as NAME.K=V; of the filter as filter.K=V, K one of
+    /// `history` (0.95), `iterations` (4), `clip` (3), `sigma_z` (1), `sigma_n` (32)
     #[arg(long = "set", value_name = "K=V")]
     pub(crate) assignments: Vec<Assignment>,
     /// Which part of the light, or of the surfaces: final, direct, indirect, caustic, albedo, normal, depth; for `render` also what

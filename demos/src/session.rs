@@ -208,14 +208,18 @@ impl Session {
         Ok(rendering)
     }
 
-    /// A strategy that chooses by what it measures does so first, at full size. Drivers compile a pipeline at its first dispatch, for up to seconds on a software adapter: a thumbnail comes first,
-    /// so that the times are those of the work. llvmpipe compiles apart for sides that are powers of two.
+    /// A strategy that chooses by what it measures does so first, at full size. Drivers compile a pipeline at its first dispatch, for up to
+    /// seconds on a software adapter: a thumbnail comes first, so that the times are those of the work. llvmpipe compiles apart for sides
+    /// that are powers of two.
     fn warm_up(&mut self, strategy: &str, settings: &Settings) -> Result<(), Error> {
         if !self.warm.insert(strategy.to_owned()) {
             return Ok(());
         }
         let size = settings.size.map(|side| if side.is_power_of_two() { side.min(8) } else { side.min(9) });
-        let thumbnail = Settings { size, photons: 64, frames: settings.frames.min(2), profile: false, ..settings.clone() };
+        // Sides of textures that hold photons follow the store.
+        let photon_capacity = Some(settings.photon_settings(0).capacity);
+        let frames = settings.frames.min(2);
+        let thumbnail = Settings { size, photons: 64, photon_capacity, frames, profile: false, ..settings.clone() };
         let pipeline = find(&mut self.pipelines, strategy)?;
         let executor = self.executor.as_mut().ok_or_else(no_adapter)?;
         pipeline.measure(executor, &self.scene, &self.camera, settings, &mut |_| cancel::flow())?;

@@ -1,4 +1,4 @@
-// What the gathers of `sorted-grid` are given, a pixel to a thread or four.
+// What the gathers of `sorted-grid` are given, a pixel to a thread or sixteen.
 #import "shared/gather_sampling.wgsl"
 #import "shared/sorted_grid.wgsl"
 

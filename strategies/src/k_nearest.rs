@@ -30,15 +30,12 @@
 //! [Silverman86]: https://doi.org/10.1201/9781315140919 "Density estimation for statistics and data analysis, Silverman, 1986"
 //! [Jensen01]: https://doi.org/10.1201/b10685 "Realistic image synthesis using photon mapping, Jensen, 2001"
 
-use crate::photon_lists::{PhotonLists, Ranked, ScatterLists};
-use crate::sorted_grid::{CELLS_PER_WIDTH, CountParams, Grid, PHOTONS_PER_ROW, automatic_bits, grid, reach};
+use crate::sorted_grid::{Grid, SortByCell, photon_grid, reach, sorted_texels};
 use crate::{KernelRadius, StrategyError};
-use lightloom_graph::{BufferDesc, ComputeShader, Graph, TextureDesc, WgslSources, shader_struct, wgpu::TextureFormat};
+use lightloom_graph::{ComputeShader, Graph, TextureDesc, WgslSources, shader_struct, wgpu::TextureFormat};
 use lightloom_passes::Photons;
 use lightloom_passes::scene::SceneInfo;
 
-/// Rows of the grid across the widest kernel, as `sorted-grid` has them.
-const ROWS: u32 = 2;
 /// Steps from `r_min` to `r_max`: `LEVELS` of the shader, less one.
 const STEPS: f32 = 63.0;
 
@@ -62,8 +59,7 @@ pub struct KNearest {
 
 #[derive(Debug)]
 struct Passes {
-    count: ComputeShader,
-    scatter: ScatterLists,
+    cells: SortByCell,
     pack: ComputeShader,
     search: ComputeShader,
 }
@@ -95,9 +91,8 @@ impl KNearest {
             none => none.insert(Passes::new(&self.sources)?),
         };
         let reach = reach(info, radii);
-        let grid = grid(info, reach, ROWS, CELLS_PER_WIDTH, automatic_bits(photons.emitted.min(photons.capacity)));
         let params = SearchParams {
-            grid,
+            grid: photon_grid(info, photons, reach, None, None),
             r_min: radii.r_min_m,
             step: (radii.r_max_m - radii.r_min_m) / STEPS,
             reach,
@@ -111,18 +106,13 @@ impl KNearest {
 impl Passes {
     fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         let shader = |name: &str| ComputeShader::new(sources, &format!("strategies/{name}.wgsl"));
-        Ok(Self {
-            count: shader("sorted_grid_count")?,
-            scatter: ScatterLists::new(sources)?,
-            pack: shader("k_nearest_pack")?,
-            search: shader("k_nearest_search")?,
-        })
+        Ok(Self { cells: SortByCell::new(sources)?, pack: shader("k_nearest_pack")?, search: shader("k_nearest_search")? })
     }
 
     fn add(&self, graph: &mut Graph<'_>, photons: &Photons, params: &SearchParams) -> Photons {
-        let lists = self.lists(graph, photons, params.grid);
-        let size = [PHOTONS_PER_ROW, photons.capacity.div_ceil(PHOTONS_PER_ROW).max(1)];
-        let mut points = graph.texture("k_nearest_points", TextureDesc::new_2d(size, TextureFormat::Rgba32Uint));
+        let lists = self.cells.add(graph, ["k_nearest_count", "k_nearest_scatter"], photons, params.grid);
+        let points = TextureDesc::new_2d(sorted_texels(photons), TextureFormat::Rgba32Uint);
+        let mut points = graph.texture("k_nearest_points", points);
         graph
             .compute(&self.pack)
             .read("photons", &photons.records)
@@ -146,22 +136,5 @@ impl Passes {
         let mut state = graph.buffer("k_nearest_state", photons.state.desc().clone());
         graph.copy_buffer(&photons.state, &mut state);
         Photons { records, state, capacity: photons.capacity, emitted: photons.emitted }
-    }
-
-    fn lists(&self, graph: &mut Graph<'_>, photons: &Photons, grid: Grid) -> PhotonLists {
-        let buckets = grid.buckets();
-        let mut counts = graph.buffer("k_nearest_counts", BufferDesc::words(buckets.into()));
-        let mut places = graph.buffer("k_nearest_places", BufferDesc::words(2 * u64::from(photons.capacity)));
-        graph.clear_buffer(&mut counts);
-        graph
-            .compute(&self.count)
-            .name("k_nearest_count")
-            .params(&CountParams { grid })
-            .read("photons", &photons.records)
-            .read("photon_state", &photons.state)
-            .write("bucket_counts", &mut counts)
-            .write("photon_places", &mut places)
-            .dispatch_1d(photons.capacity);
-        self.scatter.add(graph, "k_nearest_scatter", photons, &Ranked { counts, places, lists: buckets })
     }
 }

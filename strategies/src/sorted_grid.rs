@@ -60,7 +60,7 @@ const REACH_SLACK: f32 = 1.00001;
 /// Rows are this much wider than their share of the search sphere, so that rounding never makes it touch one more.
 const CELL_SLACK: f32 = 1.0001;
 /// Cells along a row to the width of the row.
-pub(crate) const CELLS_PER_WIDTH: f32 = 4.0;
+const CELLS_PER_WIDTH: f32 = 4.0;
 /// Cells per axis at the most: their coordinates keep whole numbers of an f32.
 const MAX_CELLS: f32 = 1e6;
 /// Two cell coordinates are rounded by 2 · 2⁻²⁴ of their size each, and by half of that where they are subtracted.
@@ -70,7 +70,7 @@ const ROUNDING: f32 = 5.0 / 16_777_216.0;
 const AUTO_ROWS: u32 = 2;
 const MAX_ROWS: u32 = 4;
 /// Width of the textures that hold the sorted photons, as in `sorted_texel` of `shared/sorted_grid.wgsl`.
-pub(crate) const PHOTONS_PER_ROW: u32 = 4096;
+const PHOTONS_PER_ROW: u32 = 4096;
 /// Bits of the number of buckets: enough that the rows of a neighbourhood lie apart, and 64 MiB of offsets.
 const MIN_BUCKET_BITS: u32 = 12;
 const MAX_BUCKET_BITS: u32 = 24;
@@ -90,8 +90,8 @@ shader_struct! {
 
 shader_struct! {
     /// Parameters of `sorted_grid_count`.
-    pub(crate) struct CountParams {
-        pub(crate) grid: Grid,
+    struct CountParams {
+        grid: Grid,
     }
 }
 
@@ -139,12 +139,44 @@ pub struct SortedGrid {
     /// Parameters; may change between frames.
     pub config: SortedGridConfig,
     nearest: KNearest,
-    count: ComputeShader,
-    scatter: ScatterLists,
+    cells: SortByCell,
     sort: SortLists,
     stats: ListStats,
     pack: ComputeShader,
     gather: Gather,
+}
+
+/// Sorts photons by the cells of a grid.
+#[derive(Debug)]
+pub(crate) struct SortByCell {
+    count: ComputeShader,
+    scatter: ScatterLists,
+}
+
+impl SortByCell {
+    /// Parses the shaders.
+    pub(crate) fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
+        let count = ComputeShader::new(sources, "strategies/sorted_grid_count.wgsl")?;
+        Ok(Self { count, scatter: ScatterLists::new(sources)? })
+    }
+
+    /// Declares the passes, the first and the last called as in `names`. A list for each bucket of `grid`.
+    pub(crate) fn add(&self, graph: &mut Graph<'_>, names: [&str; 2], photons: &Photons, grid: Grid) -> PhotonLists {
+        let buckets = grid.buckets();
+        let mut counts = graph.buffer("bucket_counts", BufferDesc::words(buckets.into()));
+        let mut places = graph.buffer("photon_places", BufferDesc::words(2 * u64::from(photons.capacity)));
+        graph.clear_buffer(&mut counts);
+        graph
+            .compute(&self.count)
+            .name(names[0])
+            .params(&CountParams { grid })
+            .read("photons", &photons.records)
+            .read("photon_state", &photons.state)
+            .write("bucket_counts", &mut counts)
+            .write("photon_places", &mut places)
+            .dispatch_1d(photons.capacity);
+        self.scatter.add(graph, names[1], photons, &Ranked { counts, places, lists: buckets })
+    }
 }
 
 /// The photons in the order of the buckets.
@@ -162,8 +194,7 @@ impl SortedGrid {
         Ok(Self {
             config: SortedGridConfig::default(),
             nearest: KNearest::new(sources),
-            count: ComputeShader::new(sources, "strategies/sorted_grid_count.wgsl")?,
-            scatter: ScatterLists::new(sources)?,
+            cells: SortByCell::new(sources)?,
             sort: SortLists::new(sources)?,
             stats: ListStats::new(sources)?,
             pack: ComputeShader::new(sources, "strategies/sorted_grid_pack.wgsl")?,
@@ -175,24 +206,8 @@ impl SortedGrid {
         })
     }
 
-    fn lists(&self, graph: &mut Graph<'_>, photons: &Photons, grid: Grid) -> PhotonLists {
-        let buckets = grid.buckets();
-        let mut counts = graph.buffer("bucket_counts", BufferDesc::words(buckets.into()));
-        let mut places = graph.buffer("photon_places", BufferDesc::words(2 * u64::from(photons.capacity)));
-        graph.clear_buffer(&mut counts);
-        graph
-            .compute(&self.count)
-            .params(&CountParams { grid })
-            .read("photons", &photons.records)
-            .read("photon_state", &photons.state)
-            .write("bucket_counts", &mut counts)
-            .write("photon_places", &mut places)
-            .dispatch_1d(photons.capacity);
-        self.scatter.add(graph, "sorted_grid_scatter", photons, &Ranked { counts, places, lists: buckets })
-    }
-
     fn pack(&self, graph: &mut Graph<'_>, photons: &Photons, lists: &PhotonLists, radii: Radii) -> SortedPhotons {
-        let size = [PHOTONS_PER_ROW, photons.capacity.div_ceil(PHOTONS_PER_ROW).max(1)];
+        let size = sorted_texels(photons);
         let mut spheres = graph.texture("sorted_spheres", radiance_desc(size));
         let mut light = graph.texture("sorted_light", TextureDesc::new_2d(size, TextureFormat::Rgba32Uint));
         graph
@@ -229,10 +244,9 @@ impl Strategy for SortedGrid {
         let sampling = self.config.sampling;
         let points = self.gather.points(graph, frame, &sampling);
         let reach = reach(frame.info, radii);
-        let bits = self.config.bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted.min(photons.capacity)));
-        let grid = grid(frame.info, reach, self.config.rows.unwrap_or(AUTO_ROWS), CELLS_PER_WIDTH, bits);
+        let grid = photon_grid(frame.info, photons, reach, self.config.rows, self.config.bucket_bits);
 
-        let mut lists = self.lists(graph, photons, grid);
+        let mut lists = self.cells.add(graph, ["sorted_grid_count", "sorted_grid_scatter"], photons, grid);
         if frame.deterministic {
             self.sort.add(graph, &mut lists);
         }
@@ -312,8 +326,25 @@ fn extent(scene: &SceneInfo) -> f32 {
 }
 
 /// A bucket for one to two photons.
-pub(crate) fn automatic_bits(photons: u32) -> u32 {
+fn automatic_bits(photons: u32) -> u32 {
     (photons / 2).clamp(1 << MIN_BUCKET_BITS, 1 << MAX_BUCKET_BITS).next_power_of_two().trailing_zeros()
+}
+
+/// The grid for photons within `reach_m` of a point; `None` is automatic.
+pub(crate) fn photon_grid(
+    scene: &SceneInfo,
+    photons: &Photons,
+    reach_m: f32,
+    rows: Option<u32>,
+    bucket_bits: Option<u32>,
+) -> Grid {
+    let bits = bucket_bits.unwrap_or_else(|| automatic_bits(photons.emitted.min(photons.capacity)));
+    grid(scene, reach_m, rows.unwrap_or(AUTO_ROWS), CELLS_PER_WIDTH, bits)
+}
+
+/// Size of textures that hold a texel for each photon of the store.
+pub(crate) fn sorted_texels(photons: &Photons) -> [u32; 2] {
+    [PHOTONS_PER_ROW, photons.capacity.div_ceil(PHOTONS_PER_ROW).max(1)]
 }
 
 /// The grid for a search sphere `rows` rows wide, cells `cells_per_width` times thinner along a row, and 2 to the power `bucket_bits` places where rows begin.

@@ -104,9 +104,9 @@ impl Costs {
     };
 
     const HARDWARE: Self = Self {
-        // A fetch serves 256 pixels.
+        // A fetch serves 1,024 pixels.
         exact: Parts::new([0.0, 8.0, 0.0, 0.5, 4.0]),
-        // Written and read three times; nine rows of two offsets; a fetch serves four pixels.
+        // Written and read three times; nine rows of two offsets; a fetch serves sixteen pixels.
         sorted_grid: Parts::new([12.0, 14.0, 0.0, 0.5, 4.0]),
         // Inserted twice; bounds of the tiles; a fetch serves 64 pixels.
         tiled: Parts::new([12.0, 8.0, 4.0, 0.5, 4.0]),
