@@ -128,7 +128,6 @@ fn unknown_names_list_those_there_are() {
     place.refuses(&format!("{line} --strategy voxels"), 2, &["voxels", "tiled", "hash-grid", "exact", "path"]);
     place.refuses(&format!("{line} --strategy tiled+voxels"), 2, &["`voxels`", "tiled", "sorted-grid+screen-space"]);
     place.refuses(&format!("{line} --strategy tiled+exact"), 2, &["tiled+exact", "both", "screen-space"]);
-    place.refuses("graph builtin:cornell --strategy splat-3d+screen-space", 2, &["`splat-3d`", "caustics", "sorted-grid"]);
     place.refuses(&format!("{line} --layer shadows"), 2, &["shadows", "indirect", "caustic", "pass:NAME"]);
     place.refuses(&format!("{line} --layer pass:"), 2, &["pass:gbuffer"]);
     place.refuses("compare builtin:cornell -o out --layer pass:gbuffer", 2, &["pass:gbuffer", "lightloom render"]);

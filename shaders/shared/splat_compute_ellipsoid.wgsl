@@ -18,11 +18,14 @@ fn photon_splat(index: u32) -> Splat {
     let photon = splat_photon(index);
     let center = splat_view(photon.position);
     let e = photon_ellipsoid(photon, center);
+    var rect = PixelRect(vec2u(0u), vec2u(0u));
+    if left_out(photon) {
+        return Splat(drawn_kernel(e), rect);
+    }
     if !ellipsoid_is_written(e, -center.z) {
         return Splat(drawn_kernel(e), bound_pixels(ellipsoid_bound(e, center)));
     }
     let pixel = written_texel(center);
-    var rect = PixelRect(vec2u(0u), vec2u(0u));
     if all(pixel >= vec2f(0.0)) && all(pixel < vec2f(params.camera.size)) {
         rect = PixelRect(vec2u(pixel), vec2u(pixel) + 1u);
     }

@@ -17,7 +17,8 @@ struct SplatParams {
     film_size: vec2f,
     // Corners of a polygon around a splat.
     corners: u32,
-    pad0: u32,
+    // Photons that lack some of these flags are left out.
+    flags: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: SplatParams;
@@ -31,6 +32,10 @@ const SNAP_SLACK: f32 = 1.0 / 64.0;
 
 fn splat_photon(index: u32) -> Photon {
     return photon_load(photons[index], photon_state.grid);
+}
+
+fn left_out(photon: Photon) -> bool {
+    return (params.flags & ~photon.bounce_flags) != 0u;
 }
 
 fn splat_view(position_world: vec3f) -> vec3f {

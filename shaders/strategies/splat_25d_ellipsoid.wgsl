@@ -6,6 +6,9 @@ fn splat_25d_ellipsoid_vertex(@builtin(vertex_index) vertex: u32, @builtin(insta
     let photon = splat_photon(instance);
     let center = splat_view(photon.position);
     let e = photon_ellipsoid(photon, center);
+    if left_out(photon) {
+        return ellipsoid_varyings(NOWHERE, e);
+    }
     if ellipsoid_is_written(e, -center.z) {
         return written_varyings(vertex, e, center);
     }

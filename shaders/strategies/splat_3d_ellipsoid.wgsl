@@ -9,7 +9,7 @@ fn splat_3d_ellipsoid_vertex(@builtin(vertex_index) vertex: u32, @builtin(instan
     let e = photon_ellipsoid(photon, center);
     let depth = -center.z;
     let radius = ellipsoid_radius(e);
-    if sphere_off_screen(center, radius) {
+    if left_out(photon) || sphere_off_screen(center, radius) {
         return ellipsoid_varyings(NOWHERE, e);
     }
     if ellipsoid_is_written(e, depth) {

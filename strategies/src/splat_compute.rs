@@ -31,7 +31,7 @@
 //! | pass | reads | writes |
 //! |---|---|---|
 //! | clearing | | 52 X, or 24 X floats |
-//! | `splat_small`, `splat_blocks` | s N, s + 4 log₂ N a block, 16 T, 16 H | 4 N, and 24 H by atomics, or 12 H floats; twice that for caustics |
+//! | `splat_small`, `splat_blocks` | s N, s + 4 log₂ N a block, 16 T, 16 H | 4 N, and 24 H by atomics, or 12 H floats; twice that for spheres of caustics |
 //! | prefix sum | 8 N | 4 N |
 //! | `splat_sums_resolve` | 52 X, or 24 X | 32 X |
 //!
@@ -49,7 +49,7 @@ use lightloom_graph::{
     Buffer, BufferDesc, ComputePass, ComputeShader, Graph, Handle, ShaderError, Texture, WgslSources, shader_struct,
 };
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{Irradiance, Photons, PrefixSum, ReflectIrradiance, SceneShader, radiance_desc};
+use lightloom_passes::{Irradiance, PhotonFlags, Photons, PrefixSum, ReflectIrradiance, SceneShader, radiance_desc};
 use std::fmt;
 
 /// The sums' file, and its stand-in for floats.
@@ -165,6 +165,7 @@ impl Shaders {
 }
 
 /// What the passes of one frame are declared from.
+#[derive(Clone, Copy)]
 struct Splatting<'a> {
     frame: &'a FrameInputs<'a>,
     photons: &'a Photons,
@@ -214,6 +215,53 @@ impl SplatCompute {
 
     fn sums(&self, deterministic: bool) -> SplatSums {
         if deterministic { SplatSums::Fixed } else { self.config.sums.unwrap_or(SplatSums::Fixed) }
+    }
+
+    /// The images of both sums. `stats` takes the counts.
+    fn summed(
+        &self,
+        graph: &mut Graph<'_>,
+        sums: SplatSums,
+        splatting: &Splatting<'_>,
+        stats: &mut Handle<Buffer>,
+    ) -> [Handle<Texture>; 2] {
+        let shaders = match sums {
+            SplatSums::Fixed => &self.fixed,
+            SplatSums::Float => &self.float,
+        };
+        let of_shape = match self.config.kernels.shape {
+            SplatShape::Sphere => &shaders.spheres,
+            SplatShape::Ellipsoid => &shaders.ellipsoids,
+        };
+        let [width, height] = splatting.frame.size.map(u64::from);
+        let mut sums = sums.add(graph, width * height);
+        self.splat(graph, of_shape, splatting, &mut sums, stats);
+        self.resolve(graph, &shaders.resolve, splatting, &sums, stats)
+    }
+
+    /// Irradiance reflected from its mean direction, and that of caustics by themselves, whose passes cost only those who ask for them.
+    fn ellipsoids(
+        &self,
+        graph: &mut Graph<'_>,
+        sums: SplatSums,
+        splatting: &Splatting<'_>,
+        stats: &mut Handle<Buffer>,
+    ) -> Estimate {
+        let Splatting { frame, params, .. } = *splatting;
+        let reflected = |graph: &mut Graph<'_>, name, light: &Irradiance| {
+            self.reflect.add(graph, name, frame.scene, frame.camera, frame.gbuffer, light)
+        };
+        let [irradiance, direction] = self.summed(graph, sums, splatting, stats);
+        let light = Irradiance { irradiance, direction };
+        let indirect = reflected(graph, "splat_indirect", &light);
+
+        let params = SplatParams { flags: PhotonFlags::CAUSTIC, ..*params };
+        let mut uncounted = graph.buffer("splat_caustic_stats", BufferDesc::words(2));
+        graph.clear_buffer(&mut uncounted);
+        let caustics = Splatting { params: &params, ..*splatting };
+        let [irradiance, direction] = self.summed(graph, sums, &caustics, &mut uncounted);
+        let caustic = reflected(graph, "splat_caustic", &Irradiance { irradiance, direction });
+        Estimate { irradiance: Some(light), caustic: Some(caustic), ..Estimate::new(indirect) }
     }
 
     /// Adds all photons to `sums`. `stats` takes the number of blocks.
@@ -303,30 +351,18 @@ impl Strategy for SplatCompute {
         let params = self.config.kernels.params(frame, photons)?;
         let shape = self.config.kernels.shape;
         let sums = self.sums(frame.deterministic);
-        let shaders = match sums {
-            SplatSums::Fixed => &self.fixed,
-            SplatSums::Float => &self.float,
-        };
         let mut stats = graph.buffer("splat_stats", BufferDesc::words(2));
         graph.clear_buffer(&mut stats);
-        let mut sums = sums.add(graph, u64::from(frame.size[0]) * u64::from(frame.size[1]));
-        let tile_photons = match shape {
-            SplatShape::Sphere => None,
-            SplatShape::Ellipsoid => Some(self.tiles.add(graph, photons, frame.camera, &params.kernel)),
-        };
-        let splatting = Splatting { frame, photons, params: &params, tile_photons: tile_photons.as_ref() };
-        let of_shape = match shape {
-            SplatShape::Sphere => &shaders.spheres,
-            SplatShape::Ellipsoid => &shaders.ellipsoids,
-        };
-        self.splat(graph, of_shape, &splatting, &mut sums, &mut stats);
-        let [first, second] = self.resolve(graph, &shaders.resolve, &splatting, &sums, &mut stats);
+        let splatting = Splatting { frame, photons, params: &params, tile_photons: None };
         let estimate = match shape {
-            SplatShape::Sphere => Estimate { caustic: Some(second), ..Estimate::new(first) },
+            SplatShape::Sphere => {
+                let [indirect, caustic] = self.summed(graph, sums, &splatting, &mut stats);
+                Estimate { caustic: Some(caustic), ..Estimate::new(indirect) }
+            }
             SplatShape::Ellipsoid => {
-                let light = Irradiance { irradiance: first, direction: second };
-                let indirect = self.reflect.add(graph, "splat_indirect", frame.scene, frame.camera, frame.gbuffer, &light);
-                Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
+                let tile_photons = self.tiles.add(graph, photons, frame.camera, &params.kernel);
+                let splatting = Splatting { tile_photons: Some(&tile_photons), ..splatting };
+                self.ellipsoids(graph, sums, &splatting, &mut stats)
             }
         };
         Ok(Estimate { stats: vec![Stats::new(stats, &["pixel_blocks", "pixels_overflowed"])], ..estimate })

@@ -1,9 +1,11 @@
 //! The pipeline on a small scene: layers, means, ledgers, culling, cancelling.
 
-use lightloom_graph::{Executor, Gpu, GraphError};
-use lightloom_passes::RsmSettings;
+use lightloom_graph::{Executor, Gpu, Graph, GraphError, PlanOptions};
 use lightloom_passes::scene::{Camera, GpuScene, Scene, builtin};
-use lightloom_strategies::{Layer, Pipeline, RenderProgress, Rendered, Settings, StrategyError, by_name};
+use lightloom_passes::{CameraUniform, RsmSettings};
+use lightloom_strategies::{
+    Composed, Estimate, Frame, FrameInputs, Layer, Pipeline, RenderProgress, Rendered, Settings, Strategy, StrategyError, by_name,
+};
 use std::ops::ControlFlow;
 
 struct Bench {
@@ -53,9 +55,7 @@ fn every_strategy_fills_its_layers() {
     let Some(mut bench) = Bench::new() else { return };
     for entry in lightloom_strategies::registry() {
         let rendered = bench.render(entry.name, &small());
-        // Sums of irradiance do not tell caustics apart.
-        let without = usize::from(entry.name == "splat-3d");
-        assert_eq!(rendered.layers.len(), Layer::ALL.len() - without, "{}", entry.name);
+        assert_eq!(rendered.layers.len(), Layer::ALL.len(), "{}", entry.name);
         for image in &rendered.layers {
             assert_eq!(image.pixels.len(), 1200, "{} {:?}", entry.name, image.layer);
             assert!(image.pixels.iter().flatten().all(|x| x.is_finite()), "{} {:?}", entry.name, image.layer);
@@ -186,4 +186,58 @@ fn impossible_settings_are_refused_before_any_work() {
     let error =
         bench.try_render("tiled", &Settings { size: [0, 30], ..small() }, &mut |_| ControlFlow::Continue(())).unwrap_err();
     assert!(error.to_string().contains("`size`"), "{error}");
+}
+
+/// A strategy that does not tell caustics apart.
+struct Mixed(Box<dyn Strategy>);
+
+impl Strategy for Mixed {
+    fn name(&self) -> &'static str {
+        "mixed"
+    }
+
+    fn description(&self) -> &'static str {
+        "all light in one"
+    }
+
+    fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError> {
+        let estimate = self.0.declare(graph, frame)?;
+        Ok(Estimate { caustic: None, ..estimate })
+    }
+}
+
+#[test]
+fn compositions_without_caustics_to_take_out_are_refused() {
+    let Some(mut bench) = Bench::new() else { return };
+    let parts: [Box<dyn Strategy>; 2] = [Box::new(Mixed(by_name("tiled").unwrap())), by_name("screen-space").unwrap()];
+    let composed = Composed::new(&lightloom_passes::shaders(), parts).unwrap();
+    let mut pipeline = Pipeline::new(Box::new(composed)).unwrap();
+    let rendered =
+        pipeline.render(&mut bench.executor, &bench.scene, &bench.camera, &small(), &mut |_| ControlFlow::Continue(()));
+    let error = rendered.expect_err("caustics would count twice").to_string();
+    assert!(error.contains("`mixed`") && error.contains("caustics") && error.contains("sorted-grid"), "{error}");
+}
+
+/// 3 M photons at 1920 × 1080: what a frame's plan asks of the device for all that lives within the frame. Few devices have shared heaps, so
+/// without them.
+#[test]
+fn a_frame_of_three_million_photons_takes_600_mib() {
+    let scene = builtin::cornell();
+    let camera = scene.camera(None).expect("the room has cameras");
+    let described = GpuScene::describe(&scene).expect("the room fits");
+    let settings = Settings { size: [1920, 1080], photons: 3_000_000, layers: vec![Layer::Final], ..Settings::default() };
+    let info = described.info();
+    let camera = CameraUniform::new(&camera, settings.size, [0.5; 2], info.bounds_radius);
+    for entry in lightloom_strategies::registry() {
+        let mut pipeline = Pipeline::new(by_name(entry.name).unwrap()).unwrap();
+        let mut graph = Graph::new(entry.name);
+        let handles = described.declare(&mut graph);
+        let frame = Frame { scene: &handles, info: &info, camera: &camera, settings: &settings, frame_index: 0 };
+        let layers = pipeline.declare_frame(&mut graph, &frame, None).expect("the frame is sound");
+        graph.readback_texture(&layers.final_radiance.mean);
+        let plan = graph.plan(&PlanOptions::default()).expect("it has a plan");
+        let mib = plan.memory.pooled_bytes >> 20;
+        println!("{}: {mib} MiB", entry.name);
+        assert!(mib <= 600, "{}: {mib} MiB", entry.name);
+    }
 }

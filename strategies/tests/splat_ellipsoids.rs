@@ -254,6 +254,35 @@ fn the_floor_holds_the_flux_of_the_photons() {
     }
 }
 
+/// To the last bit: of both, the same photons in the same order with the same kernels.
+#[test]
+fn caustics_are_the_light_of_caustic_photons_alone() {
+    let Some(mut bench) = bench() else { return };
+    let mut random = Random(5);
+    let photons: Vec<_> = (0..600_u32)
+        .map(|index| {
+            let p = random.cube();
+            let from = (Vec3::Y + 0.9 * random.cube().normalize_or(Vec3::X)).normalize();
+            photon(Vec3::new(p.x, 0.0, p.z), Vec3::Y, from, Vec3::ONE, 0, index.is_multiple_of(3))
+        })
+        .collect();
+    let caustics: Vec<_> = photons.iter().copied().step_by(3).collect();
+    let view = view(Vec3::new(0.3, 3.0, 2.0), Vec3::ZERO, [120, 80], floor);
+    for name in NAMES {
+        for resolution in if DRAWN.contains(&name) { &["full", "half"][..] } else { &["full"] } {
+            // Written and drawn.
+            for r in ["0.004", "0.3"] {
+                let [all, alone] = [&photons, &caustics]
+                    .map(|photons| bench.run(&mut *splats(name, r, at(resolution)), &view, photons, photons.len() as u32, true));
+                assert!(all.caustic == alone.indirect && alone.caustic == alone.indirect, "{name}, {resolution}, r = {r}");
+                let lit = |image: &[[f32; 4]]| image.iter().filter(|pixel| pixel[0] > 0.0).count();
+                let (of_all, of_caustics) = (lit(&all.indirect), lit(&all.caustic));
+                assert!(of_caustics > 100 && of_all > of_caustics, "{name}, r = {r}: {of_caustics} of {of_all} pixels");
+            }
+        }
+    }
+}
+
 /// A shelf of width ½ m a metre above the floor, and wires of a pixel and less beside it.
 fn shelf(origin: Vec3, direction: Vec3) -> Option<(f32, Vec3)> {
     let t = (1.0 - origin.y) / direction.y;

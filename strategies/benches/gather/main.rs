@@ -31,7 +31,7 @@ use table::Table;
 
 #[derive(Parser)]
 struct Args {
-    /// glTF files, or builtin:NAME.
+    /// glTF files, their paths counted from `strategies/benches`, or builtin:NAME.
     scenes: Vec<PathBuf>,
     /// Photons emitted.
     #[arg(long, value_delimiter = ',', default_value = "500000")]
@@ -57,7 +57,7 @@ struct Args {
     /// Leave the tree out.
     #[arg(long)]
     no_tree: bool,
-    /// Also write a Markdown table of strategies and scenes.
+    /// Also write a Markdown table of strategies and scenes. Paths count from `strategies/benches`.
     #[arg(long)]
     table: Option<PathBuf>,
     /// Passed by cargo.
@@ -75,6 +75,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut args = Args::parse();
     if args.scenes.is_empty() {
         args.scenes.push("builtin:cornell".into());
+    }
+    if let Some(path) = &args.table {
+        // What cannot be written is told before minutes of measuring.
+        let opened = std::fs::File::options().create(true).append(true).open(path);
+        opened.map_err(|error| format!("{}: {error}; cargo bench runs in the package's folder", path.display()))?;
     }
     let gpu = Gpu::new(&GpuRequest::default())?;
     let mut table = Table::new(&gpu.adapter_name());

@@ -12,6 +12,8 @@
 //!             image = irradiance reflected from the mean direction
 //! ```
 //!
+//! Caustics of ellipsoids are the same sums over the caustic photons alone, with the same kernels, reflected from their own mean direction.
+//!
 //! The first is [MML13] listing 1, the sum that `exact` makes; the second is [SA19] section 24.3.2.
 //!
 //! **Depth.** There is none: what is drawn covers every pixel whose visible point may lie in the kernel, and the fragment stage tests
@@ -37,7 +39,7 @@ use lightloom_graph::{
     Buffer, BufferDesc, ComputeShader, Graph, Handle, Load, RasterShader, Texture, TextureDesc, WgslSources, shader_struct,
 };
 use lightloom_passes::scene::SceneInfo;
-use lightloom_passes::{CameraUniform, Irradiance, Photons, ReflectIrradiance, SceneRasterShader, radiance_desc};
+use lightloom_passes::{CameraUniform, Irradiance, PhotonFlags, Photons, ReflectIrradiance, SceneRasterShader, radiance_desc};
 use std::f32::consts::PI;
 
 /// Sums are what is blended.
@@ -55,7 +57,7 @@ shader_struct! {
         pub(crate) texel: u32,
         pub(crate) film_size: [f32; 2],
         pub(crate) corners: u32,
-        pub(crate) pad0: u32,
+        pub(crate) flags: u32,
     }
 }
 
@@ -129,6 +131,7 @@ pub(crate) struct Splat {
 }
 
 /// What the passes of one frame are declared from.
+#[derive(Clone, Copy)]
 struct Draw<'a> {
     frame: &'a FrameInputs<'a>,
     photons: &'a Photons,
@@ -235,14 +238,37 @@ impl Splat {
     }
 
     fn ellipsoids(&self, graph: &mut Graph<'_>, draw: &Draw<'_>, overflowed: &mut Handle<Buffer>) -> Estimate {
-        let Draw { frame, photons, params, arguments, precision } = draw;
+        let Draw { frame, photons, params, .. } = *draw;
         let target = frame.size.map(|pixels| pixels.div_ceil(params.texel));
         let coarse = (params.texel > 1).then(|| self.downscaled(graph, frame, target));
         let gbuffer = frame.gbuffer;
         let full = Surfaces { nearest: &gbuffer.position, farthest: &gbuffer.position, surface: &gbuffer.surface };
         let seen = coarse.as_ref().map_or(full, |[nearest, farthest, surface]| Surfaces { nearest, farthest, surface });
-
         let tile_photons = self.tiles.add(graph, photons, frame.camera, &params.kernel);
+        let light = self.ellipsoid_light(graph, draw, &seen, &tile_photons, overflowed);
+        let indirect = self.reflect.add(graph, "splat_indirect", frame.scene, frame.camera, gbuffer, &light);
+
+        // Caustics are drawn by themselves: more targets for every photon would cost those who ask for no caustics, and these passes do not.
+        let caustics = SplatParams { flags: PhotonFlags::CAUSTIC, ..*params };
+        let mut uncounted = graph.buffer("splat_caustic_overflowed", BufferDesc::words(1));
+        graph.clear_buffer(&mut uncounted);
+        let draw = Draw { params: &caustics, ..*draw };
+        let caustic = self.ellipsoid_light(graph, &draw, &seen, &tile_photons, &mut uncounted);
+        let caustic = self.reflect.add(graph, "splat_caustic", frame.scene, frame.camera, gbuffer, &caustic);
+        Estimate { irradiance: Some(light), caustic: Some(caustic), ..Estimate::new(indirect) }
+    }
+
+    /// The light of the photons that have the flags of `draw`.
+    fn ellipsoid_light(
+        &self,
+        graph: &mut Graph<'_>,
+        draw: &Draw<'_>,
+        seen: &Surfaces<'_>,
+        tile_photons: &Handle<Buffer>,
+        overflowed: &mut Handle<Buffer>,
+    ) -> Irradiance {
+        let Draw { frame, photons, params, arguments, precision } = draw;
+        let target = frame.size.map(|pixels| pixels.div_ceil(params.texel));
         let [four, two] = precision.formats();
         let mut irradiance_x = graph.texture("splat_irradiance_x", TextureDesc::new_2d(target, four));
         let mut direction_yz = graph.texture("splat_direction_yz", TextureDesc::new_2d(target, two));
@@ -251,7 +277,7 @@ impl Splat {
             .params(*params)
             .read("photons", &photons.records)
             .read("photon_state", &photons.state)
-            .read("tile_photons", &tile_photons)
+            .read("tile_photons", tile_photons)
             .read("position", seen.farthest)
             .read("surface", seen.surface)
             .read("nearest", seen.nearest)
@@ -266,8 +292,8 @@ impl Splat {
         graph
             .compute(&self.resolve_ellipsoids)
             .params(&EllipsoidParams { camera: *frame.camera, unit, largest, texel: params.texel, pad0: 0 })
-            .read("position", &gbuffer.position)
-            .read("surface", &gbuffer.surface)
+            .read("position", &frame.gbuffer.position)
+            .read("surface", &frame.gbuffer.surface)
             .read("nearest", seen.nearest)
             .read("farthest", seen.farthest)
             .read("farthest_surface", seen.surface)
@@ -277,9 +303,7 @@ impl Splat {
             .write("direction", &mut direction)
             .write("overflowed", overflowed)
             .dispatch_threads([frame.size[0], frame.size[1], 1]);
-        let light = Irradiance { irradiance, direction };
-        let indirect = self.reflect.add(graph, "splat_indirect", frame.scene, frame.camera, gbuffer, &light);
-        Estimate { irradiance: Some(light), ..Estimate::new(indirect) }
+        Irradiance { irradiance, direction }
     }
 
     /// Nearest and farthest points of each texel, and the surfaces of the farthest.
