@@ -21,15 +21,21 @@ fn photon_radius(photon: Photon, r_min: f32, r_max: f32) -> f32 {
     return r_min + (r_max - r_min) * sqrt(saturate(1.0 - photon_path_probability(photon)));
 }
 
-// κ(s) / ∫κ (m⁻²) at four distances; ∫κ = π r² c (c²/3 − c + 1).
-fn kernel_densities(s: vec4f, radius: f32) -> vec4f {
-    let integral = PI * radius * radius * KERNEL_CUT * (KERNEL_CUT * KERNEL_CUT / 3.0 - KERNEL_CUT + 1.0);
-    return min(vec4f(KERNEL_CUT), max(vec4f(0.0), 1.0 - s / radius)) / integral;
+// ∫κ over the kernel's disc (m²).
+fn kernel_integral(radius: f32) -> f32 {
+    return PI * radius * radius * KERNEL_CUT * (KERNEL_CUT * KERNEL_CUT / 3.0 - KERNEL_CUT + 1.0);
 }
 
-// The same at one distance.
+// κ at four distances inside. Near the edge it is as coarse as the quotient of distance and radius, so that all take the same: a product with
+// the inverse, which is one for many distances.
+fn kernel_heights(s: vec4f, inverse_radius: f32) -> vec4f {
+    let cone = 1.0 - s * inverse_radius;
+    return select(cone, vec4f(KERNEL_CUT), cone > vec4f(KERNEL_CUT));
+}
+
+// κ(s) / ∫κ (m⁻²) at a distance inside.
 fn kernel_density(s: f32, radius: f32) -> f32 {
-    return kernel_densities(vec4f(s), radius).x;
+    return kernel_heights(vec4f(s), 1.0 / radius).x / kernel_integral(radius);
 }
 
 // What a photon brings, whatever point it is gathered at.

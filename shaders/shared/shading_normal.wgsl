@@ -3,9 +3,12 @@
 // Bound of the ratio (ω·n_s) / (ω·n_g).
 const MAX_SHADING_CORRECTION: f32 = 4.0;
 
-// The ratio for light whose cosines with the two normals are given, at four points; 0 for light behind the shading surface.
+// The ratio for light whose cosines with the two normals are given, at four points; 0 for light behind the shading surface. For light
+// before the geometric surface, so that nothing here is no number: selections cost less than bounds that look for those.
 fn shading_corrections(cos_shading: vec4f, cos_geometric: vec4f) -> vec4f {
-    return max(min(cos_shading / (cos_geometric + 1.0e-4), vec4f(MAX_SHADING_CORRECTION)), vec4f(0.0));
+    let ratio = cos_shading / (cos_geometric + 1.0e-4);
+    let bounded = select(ratio, vec4f(MAX_SHADING_CORRECTION), ratio > vec4f(MAX_SHADING_CORRECTION));
+    return select(vec4f(0.0), bounded, cos_shading > vec4f(0.0));
 }
 
 // The same at one point, for light from `incident`.

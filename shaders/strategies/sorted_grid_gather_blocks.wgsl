@@ -10,6 +10,7 @@
 
 // Of a pixel that takes no part: out of reach of everything.
 const NOWHERE: f32 = 1.0e18;
+const LARGEST: f32 = 3.0e38;
 // Points no further from the first than this many kernel radii, along each axis, are gathered for together.
 const TOGETHER: f32 = 2.0;
 // Covers the rounding of the distance from a box.
@@ -58,7 +59,8 @@ fn distances2(quad: Quad, position: vec3f) -> vec4f {
 // Bit `i` where candidate `first + i` is in reach of the box.
 fn reach_bit(middle: vec3f, half: vec3f, first: u32, i: u32, last: u32) -> u32 {
     let sphere = textureLoad(sorted_spheres, sorted_texel(min(first + i, last)), 0);
-    let apart = max(abs(sphere.xyz - middle) - half, vec3f(0.0));
+    let beyond = abs(sphere.xyz - middle) - half;
+    let apart = select(vec3f(0.0), beyond, beyond > vec3f(0.0));
     return select(0u, 1u << i, dot(apart, apart) <= sphere.w * sphere.w * BOX_SLACK);
 }
 
@@ -101,32 +103,53 @@ fn left_out_brdf(point: VisiblePoint) -> vec3f {
     return brdf_eval(point.brdf, point.brdf.normal, point.to_eye);
 }
 
+// What a point's own numbers do not enter into is computed once for the sixteen.
+struct Candidate {
+    // World (m).
+    position: vec3f,
+    radius2: f32,
+    inverse_radius: f32,
+    light: PhotonLight,
+    // Flux over the kernel's integral (W·m⁻²).
+    irradiance: vec3f,
+    is_caustic: bool,
+}
+
+fn candidate_at(i: u32) -> Candidate {
+    let sphere = textureLoad(sorted_spheres, sorted_texel(i), 0);
+    let packed = textureLoad(sorted_light, sorted_texel(i), 0);
+    let light = photon_light(Photon(sphere.xyz, packed.x, packed.y, packed.z, 0u, packed.w));
+    let radius = sphere.w;
+    // Finite however small the kernel, so that it times zero is zero.
+    let irradiance = min(light.flux / kernel_integral(radius), vec3f(LARGEST));
+    return Candidate(sphere.xyz, radius * radius, 1.0 / radius, light, irradiance, (packed.w & PHOTON_CAUSTIC) != 0u);
+}
+
 // `light_contribution` at four points.
-fn with_candidate(sum: QuadSum, quad: Quad, position: vec3f, radius: f32, light: PhotonLight, is_caustic: bool) -> QuadSum {
-    let distance2 = distances2(quad, position);
+fn with_candidate(sum: QuadSum, quad: Quad, candidate: Candidate) -> QuadSum {
+    let light = candidate.light;
+    let distance2 = distances2(quad, candidate.position);
     let cos_geometric = quad.normal_geometric * light.incident;
-    let counts = quad.gathers & (distance2 < vec4f(radius * radius)) & (cos_geometric > vec4f(0.0))
+    let counts = quad.gathers & (distance2 < vec4f(candidate.radius2)) & (cos_geometric > vec4f(0.0))
         & (quad.normal_geometric * light.normal >= vec4f(MIN_NORMAL_COSINE));
     let correction = shading_corrections(quad.normal * light.incident, cos_geometric);
-    let weight = select(vec4f(0.0), correction * kernel_densities(sqrt(distance2), radius), counts);
-    let reflected = scaled(quad_brdf(quad, light.incident), weight);
-    let radiance = mat3x4f(reflected[0] * light.flux.r, reflected[1] * light.flux.g, reflected[2] * light.flux.b);
+    let height = kernel_heights(sqrt(distance2), candidate.inverse_radius);
+    let reflected = scaled(quad_brdf(quad, light.incident), select(vec4f(0.0), correction * height, counts));
+    let irradiance = candidate.irradiance;
+    let radiance = mat3x4f(reflected[0] * irradiance.r, reflected[1] * irradiance.g, reflected[2] * irradiance.b);
     var added = QuadSum(sum.indirect + radiance, sum.caustic);
     if SCENE_GLOSSY || SCENE_REFRACTS {
-        added.caustic += radiance * select(0.0, 1.0, is_caustic);
+        added.caustic += radiance * select(0.0, 1.0, candidate.is_caustic);
     }
     return added;
 }
 
 fn add_candidate(sums: ptr<function, Sums>, quads: array<Quad, 4>, i: u32) {
-    let sphere = textureLoad(sorted_spheres, sorted_texel(i), 0);
-    let packed = textureLoad(sorted_light, sorted_texel(i), 0);
-    let light = photon_light(Photon(sphere.xyz, packed.x, packed.y, packed.z, 0u, packed.w));
-    let is_caustic = (packed.w & PHOTON_CAUSTIC) != 0u;
-    (*sums).quads[0] = with_candidate((*sums).quads[0], quads[0], sphere.xyz, sphere.w, light, is_caustic);
-    (*sums).quads[1] = with_candidate((*sums).quads[1], quads[1], sphere.xyz, sphere.w, light, is_caustic);
-    (*sums).quads[2] = with_candidate((*sums).quads[2], quads[2], sphere.xyz, sphere.w, light, is_caustic);
-    (*sums).quads[3] = with_candidate((*sums).quads[3], quads[3], sphere.xyz, sphere.w, light, is_caustic);
+    let candidate = candidate_at(i);
+    (*sums).quads[0] = with_candidate((*sums).quads[0], quads[0], candidate);
+    (*sums).quads[1] = with_candidate((*sums).quads[1], quads[1], candidate);
+    (*sums).quads[2] = with_candidate((*sums).quads[2], quads[2], candidate);
+    (*sums).quads[3] = with_candidate((*sums).quads[3], quads[3], candidate);
     (*sums).pending -= 1u;
 }
 
