@@ -102,6 +102,9 @@ fn size_of(name: &str) -> Option<(u32, f64)> {
         "closed_sphere" => (4000, 0.2),
         "closed_box" => (4000, 0.5),
         "moving" => (10_000, 0.15),
+        "pool" => (30_000, 0.4),
+        "pieces" => (12_000, 0.04),
+        "corridor" => (20_000, 0.5),
         "plane" | "plane_point" | "two_discs" => return None,
         _ => panic!("give {name} a number of photons and a radius"),
     })
