@@ -3,7 +3,7 @@
 //! - A pane that nobody can see, of the index of refraction of air, before the eye changes nothing, though all of the picture is then found by following
 //!   rays of the eye: direct light counts once, and glossy surfaces are seen from where they are seen.
 //! - Behind a pane of glass the floor shows a spot's light, which came through the pane, too: a closed form, of which `path` finds nothing.
-//! - Balls of glass, frosted glass and metal under an area light, whose caustics paths find, look as `path` has them.
+//! - Balls of glass, frosted glass and metal under a ceiling that emits, whose caustics paths find, look as `path` has them.
 //! - PHYSICS check 10: the mean squared error of n frames is what bias and variance of their radii say, and falls as n^(−2/3).
 
 use crate::beams::horizontal;
@@ -187,7 +187,7 @@ fn caustics_behind_glass_have_their_closed_form_and_paths_find_none() {
         };
         (0..grid * grid).map(value).sum::<f64>() / f64::from(grid * grid)
     };
-    let means: Vec<f64> = (0..8)
+    let means: Vec<f64> = (0..6)
         .map(|seed| {
             let rendered = render(&mut lab, &gpu_scene, &camera, "progressive", &[("radius", "0.1")], &settings(seed));
             let [all, indirect] = [Layer::Final, Layer::Indirect].map(|it| layer(&rendered, it).mean()[1]);
@@ -207,10 +207,19 @@ fn caustics_behind_glass_have_their_closed_form_and_paths_find_none() {
 const BALLS: [Vec3; 3] = [Vec3::new(-0.66, 0.302, 0.2), Vec3::new(0.0, 0.302, 0.2), Vec3::new(0.66, 0.302, 0.2)];
 const BALL_RADIUS: f32 = 0.3;
 
+/// Dark walls, so that the length of paths, which is not limited alike, does not matter, under a ceiling that emits, which makes little noise.
 fn balls() -> Scene {
     let mut scene = builtin::cornell();
-    // In place of the blocks.
-    scene.triangles.retain(|triangle| triangle.material != 0 || triangle.area() > 1.0);
+    let lamp = scene.materials.iter().position(|material| material.emissive != [0.0; 3]).expect("it has a lamp") as u32;
+    scene.materials[lamp as usize].emissive = [1.0; 3];
+    for material in &mut scene.materials[..3] {
+        material.base_color = [0.3, 0.3, 0.3, 1.0];
+    }
+    // Without lamp and blocks.
+    scene.triangles.retain(|triangle| triangle.area() > 1.0);
+    for triangle in scene.triangles.iter_mut().filter(|triangle| triangle.normal_world().y < -0.9) {
+        triangle.material = lamp;
+    }
     for (index, center) in BALLS.into_iter().enumerate() {
         let material = (scene.materials.len() + index) as u32;
         scene.triangles.extend(builtin::closed_sphere(4).triangles.into_iter().map(|triangle| {
@@ -245,8 +254,8 @@ fn balls_look_as_paths_have_them() {
         layers: vec![Layer::Indirect],
         ..Settings::default()
     };
-    let path = render(&mut lab, &gpu_scene, &camera, "path", &[("light_paths", "0")], &settings(256));
-    let progressive = render(&mut lab, &gpu_scene, &camera, "progressive", &[], &settings(48));
+    let path = render(&mut lab, &gpu_scene, &camera, "path", &[("light_paths", "0")], &settings(64));
+    let progressive = render(&mut lab, &gpu_scene, &camera, "progressive", &[], &settings(64));
     let tan = Vec2::new(size[0] as f32 / size[1] as f32, 1.0) * (0.5 * camera.yfov).tan();
     for (name, center) in ["clear glass", "frosted glass", "metal"].into_iter().zip(BALLS) {
         // Pixels well inside the ball's outline.
@@ -272,7 +281,7 @@ fn balls_look_as_paths_have_them() {
         assert!(pixels.len() > 60, "{name}: {} pixels", pixels.len());
         let error = found.standard_error.hypot(expected.standard_error);
         assert!(error < 0.015 * expected.value, "{name}: precise enough to mean something: {error}");
-        // Kernels of 3 cm and less reach over the edges of surfaces of some metres, and miss up to 2 % there.
+        // Kernels of 4 cm and less reach over the edges of surfaces of some metres, and miss up to 2 % there, of the part that is gathered.
         Mean { standard_error: error, ..found }.assert_near(expected.value, 0.02 * expected.value, name);
     }
 }
@@ -286,7 +295,7 @@ fn caustics_agree_with_the_reference_in_mean() {
     let camera = reference.scene.camera(None).expect("the scene has a camera");
     let settings = Settings {
         size: reference.size(),
-        frames: 6,
+        frames: 3,
         photons: 60_000,
         bounces: 16,
         seed: 1,
@@ -302,12 +311,12 @@ fn caustics_agree_with_the_reference_in_mean() {
 }
 
 /// Sets of frames, frames of a set, photons of a frame as a power of two, and the first radius (m).
-const SETS: u64 = 8;
-const FRAMES: u32 = 128;
+const SETS: u64 = 12;
+const FRAMES: u32 = 32;
 const BITS: u32 = 9;
 const RADIUS: f64 = 0.5;
 /// Frames whose mean is judged.
-const STOPS: [u32; 4] = [2, 8, 32, 128];
+const STOPS: [u32; 3] = [2, 8, 32];
 
 /// Radius of frame n, from 1.
 fn radius(n: u32) -> f64 {

@@ -27,7 +27,7 @@ const OUTLINE: [[f32; 2]; 9] =
 const PLAN: [[[f32; 2]; 2]; 3] = [[[-1.0, -10.0], [1.0, 0.0]], [[1.0, -10.0], [10.0, -8.0]], [[8.0, -18.0], [10.0, -10.0]]];
 
 /// A closed corridor, 2 m wide and 2.5 m high: 10 m ahead (towards −z), 10 m to the right behind a door of glass, 10 m ahead again. A mirror across
-/// the first bend shows what lies beyond it. Walls are plaster with pillars, the floor shines (GGX, roughness 0.3).
+/// the first bend shows what lies beyond it. Walls are plaster with pillars, the floor shines (GGX, roughness 0.5).
 ///
 /// Lights: two points in the first part, I = (2.6, 2.2, 1.6) W·sr⁻¹, flux (32.7, 27.6, 20.1) W each; two spots on a wall of the second, I = (8, 9, 12) W·sr⁻¹, flux
 /// (7.5, 8.5, 11.3) W each; in the third a panel of 0.8 × 2.4 m below the ceiling, L = 5, flux 30.2 W, and a window of 1.6 × 1.6 m at its end,
@@ -54,7 +54,7 @@ pub fn corridor() -> Scene {
         triangles,
         materials: vec![
             Material::lambert("plaster", Vec3::new(0.7, 0.68, 0.64)),
-            Material { roughness: 0.3, ..Material::lambert("floor", Vec3::new(0.36, 0.3, 0.25)) },
+            Material { roughness: 0.5, ..Material::lambert("floor", Vec3::new(0.36, 0.3, 0.25)) },
             Material::lambert("pillars", Vec3::new(0.5, 0.22, 0.14)),
             Material::metal("silver", Vec3::new(0.95, 0.94, 0.92), 0.0),
             Material::glass("door", 1.5, 0.0),

@@ -119,7 +119,7 @@ const PLACES: [(&[[f32; 2]], u32, [u32; 2]); 8] = [
 /// and three of amber glass (ior 1.5), one of brass.
 ///
 /// Lights: a spot from behind on the left, I = (2.2, 2, 1.7) W·sr⁻¹, flux (1.01, 0.92, 0.78) W, which draws caustics towards the viewer; a faint point light
-/// on the right, I = 0.03 W·sr⁻¹, flux 0.38 W. Cameras: `main` looks down on the board, `low` along it through the glass.
+/// on the right, I = 0.06 W·sr⁻¹, flux 0.75 W. Cameras: `main` looks down on the board, `low` along it through the glass.
 pub fn pieces() -> Scene {
     let mut triangles = board();
     for (outline, material, [column, row]) in PLACES {
@@ -154,7 +154,7 @@ pub fn pieces() -> Scene {
                 cos_inner: 0.94,
                 cos_outer: 0.9,
             },
-            Light::Point { position_world: Vec3::new(0.4, 0.45, 0.3), intensity: Vec3::splat(0.03) },
+            Light::Point { position_world: Vec3::new(0.4, 0.45, 0.3), intensity: Vec3::splat(0.06) },
         ],
         light_names: vec!["spot".into(), "fill".into()],
         cameras: vec![

@@ -35,7 +35,7 @@ const STEEL: u32 = 5;
 /// water (ior 1.33, faintly green, 1.48 m deep), and the sun draws their net of caustics on floor and walls. A ball floats on it, and one of polished steel lies on the
 /// deck.
 ///
-/// Lights: the sun, E = (6, 5.6, 5) W·m⁻² on a plane that faces it; a sky that is dim overhead and brighter at the horizon, black below it.
+/// Lights: the sun, E = (6, 5.6, 5) W·m⁻² on a plane that faces it; a sky that is dim overhead and brighter at the horizon, dimmer below it.
 /// Cameras: `main` stands beside the deck, `below` is under water and looks along the basin.
 pub fn pool() -> Scene {
     let mut triangles = basin();
@@ -46,7 +46,7 @@ pub fn pool() -> Scene {
         placed(icosphere(4, material), Mat4::from_scale_rotation_translation(Vec3::splat(radius), Quat::IDENTITY, at))
     };
     triangles.extend(ball(0.3, Vec3::new(-1.1, -LEVEL + 0.1, 0.5), BALL));
-    triangles.extend(ball(0.45, Vec3::new(3.8, 0.451, -1.3), STEEL));
+    triangles.extend(ball(0.45, Vec3::new(-3.75, 0.451, -1.1), STEEL));
     let water = Material {
         attenuation_color: [0.55, 0.85, 0.9],
         attenuation_distance_m: 4.0,
@@ -134,12 +134,12 @@ fn deck() -> Vec<Triangle> {
     .concat()
 }
 
-/// Eight rows from the zenith to the horizon, as many black ones below.
+/// Eight rows from the zenith to the horizon, as many of dim meadows below.
 fn sky() -> Result<Environment, crate::scene::SceneError> {
     let row = |row: u8| {
         let horizon = f32::from(row) / 7.0;
         let above = Vec3::new(0.16, 0.3, 0.55).lerp(Vec3::new(0.55, 0.62, 0.68), horizon * horizon);
-        if row < 8 { above.to_array() } else { [0.0; 3] }
+        if row < 8 { above.to_array() } else { [0.09, 0.12, 0.06] }
     };
     Environment::from_map("sky", [1, 16], (0..16).map(row).collect())
 }
