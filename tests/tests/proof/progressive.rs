@@ -254,8 +254,8 @@ fn balls_look_as_paths_have_them() {
         layers: vec![Layer::Indirect],
         ..Settings::default()
     };
-    let path = render(&mut lab, &gpu_scene, &camera, "path", &[("light_paths", "0")], &settings(64));
-    let progressive = render(&mut lab, &gpu_scene, &camera, "progressive", &[], &settings(64));
+    let path = render(&mut lab, &gpu_scene, &camera, "path", &[("light_paths", "0")], &settings(48));
+    let progressive = render(&mut lab, &gpu_scene, &camera, "progressive", &[], &settings(48));
     let tan = Vec2::new(size[0] as f32 / size[1] as f32, 1.0) * (0.5 * camera.yfov).tan();
     for (name, center) in ["clear glass", "frosted glass", "metal"].into_iter().zip(BALLS) {
         // Pixels well inside the ball's outline.
@@ -280,7 +280,7 @@ fn balls_look_as_paths_have_them() {
         println!("{name}: {} pixels, {expected:?} by paths, {found:?}", pixels.len());
         assert!(pixels.len() > 60, "{name}: {} pixels", pixels.len());
         let error = found.standard_error.hypot(expected.standard_error);
-        assert!(error < 0.015 * expected.value, "{name}: precise enough to mean something: {error}");
+        assert!(error < 0.03 * expected.value, "{name}: precise enough to mean something: {error}");
         // Kernels of 4 cm and less reach over the edges of surfaces of some metres, and miss up to 2 % there, of the part that is gathered.
         Mean { standard_error: error, ..found }.assert_near(expected.value, 0.02 * expected.value, name);
     }
