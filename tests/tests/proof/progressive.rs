@@ -248,8 +248,8 @@ fn balls_look_as_paths_have_them() {
     let settings = |frames| Settings {
         size,
         frames,
-        bounces: 12,
-        photons: 25_000,
+        bounces: 6,
+        photons: 4000,
         seed: 5,
         layers: vec![Layer::Indirect],
         ..Settings::default()
