@@ -260,7 +260,8 @@ mod tests {
         assert!(any(&|light| matches!(light, Light::Spot { .. })), "spot");
         assert!(any(&|light| matches!(light, Light::Directional { .. })), "directional");
         assert!(scenes.iter().any(|scene| scene.environment.is_some()), "environment");
-        let emits = |scene: &Scene| scene.materials.iter().any(|material| material.emissive != [0.0; 3]);
+        let emits =
+            |scene: &Scene| scene.materials.iter().any(|material| material.emissive.iter().any(|&radiance| radiance > 0.0));
         assert!(scenes.iter().any(emits), "emissive");
     }
 

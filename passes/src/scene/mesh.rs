@@ -169,7 +169,7 @@ pub(super) fn lathe(outline: &[[f32; 2]], segments: u32, material: u32) -> Vec<T
             pair[0].normals_world = [normals[0], normals[1], normals[2]];
             pair[1].normals_world = [normals[0], normals[2], normals[3]];
             // At the axis one of the two has no area.
-            triangles.extend(pair.into_iter().filter(|triangle| triangle.is_sound()));
+            triangles.extend(pair.into_iter().filter(Triangle::is_sound));
         }
     }
     triangles

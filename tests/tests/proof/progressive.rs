@@ -41,6 +41,10 @@ fn layer(rendered: &Rendered, layer: Layer) -> Image {
     Image::from_rgb(rendered.size, &rendered.layer(layer).expect("the layer was asked for").pixels)
 }
 
+fn is_black(image: &Image) -> bool {
+    image.pixels.as_flattened().iter().all(|&radiance| radiance == 0.0)
+}
+
 /// Where the eye sees a surface that gathers, the first frame is that of `sorted-grid` to the last bit; elsewhere `sorted-grid` is black. And twice
 /// the same.
 #[test]
@@ -60,10 +64,10 @@ fn the_first_frame_is_that_of_the_search_but_for_what_is_specular() {
     let first = lab.estimate(&gpu_scene, &view, frame, &mut both);
     let (mut gathered, mut followed) = (0, 0);
     for (search, progressive) in first.layers[0][0].pixels.iter().zip(&first.layers[1][0].pixels) {
-        if *search == [0.0; 3] {
+        if search.iter().all(|&radiance| radiance == 0.0) {
             followed += u32::from(progressive[1] > 0.0);
         } else {
-            assert_eq!(search, progressive, "the same photons in the same order");
+            assert_eq!(search.map(f64::to_bits), progressive.map(f64::to_bits), "the same photons in the same order");
             gathered += 1;
         }
     }
@@ -87,7 +91,7 @@ fn across_the_view(camera: &Camera, distance: f32, half: f32, material: u32) -> 
 fn a_pane_that_nobody_sees_changes_nothing() {
     let Some(mut lab) = Lab::open() else { return };
     let mut scene = builtin::cornell();
-    let emitter = scene.materials.iter().position(|material| material.emissive != [0.0; 3]).expect("it has a lamp") as u32;
+    let emitter = scene.materials.iter().position(|material| material.emissive[0] > 0.0).expect("it has a lamp") as u32;
     scene.triangles.retain(|triangle| triangle.material != emitter);
     scene.lights = vec![Light::Point { position_world: Vec3::new(0.1, 1.8, 0.2), intensity: Vec3::new(3.0, 2.5, 2.0) }];
     // Glossy walls look different from elsewhere.
@@ -108,7 +112,7 @@ fn a_pane_that_nobody_sees_changes_nothing() {
         let gpu_scene = lab.upload(scene);
         render(&mut lab, &gpu_scene, &camera, "progressive", &[("radius", "0.15")], &settings)
     });
-    assert_eq!(layer(&seen, Layer::Direct).mean(), [0.0; 3], "through the pane all light is indirect");
+    assert!(is_black(&layer(&seen, Layer::Direct)), "through the pane all light is indirect");
     let direct = layer(&bare, Layer::Direct).mean()[1];
     let [bare, seen] = [bare, seen].map(|rendered| layer(&rendered, Layer::Final));
     let [x, y] = [&seen, &bare].map(|image| image.mean()[1]);
@@ -191,7 +195,7 @@ fn caustics_behind_glass_have_their_closed_form_and_paths_find_none() {
         .map(|seed| {
             let rendered = render(&mut lab, &gpu_scene, &camera, "progressive", &[("radius", "0.1")], &settings(seed));
             let [all, indirect] = [Layer::Final, Layer::Indirect].map(|it| layer(&rendered, it).mean()[1]);
-            assert_eq!(all, indirect, "nothing is seen straight");
+            assert_eq!(all.to_bits(), indirect.to_bits(), "nothing is seen straight");
             all
         })
         .collect();
@@ -200,7 +204,7 @@ fn caustics_behind_glass_have_their_closed_form_and_paths_find_none() {
     found.assert_near(expected, 1e-3 * expected, "a lamp's light behind glass");
     assert!(found.standard_error < 0.01 * expected, "precise enough to mean something: {found:?}");
     let path = render(&mut lab, &gpu_scene, &camera, "path", &[("light_paths", "8000")], &settings(0));
-    assert_eq!(layer(&path, Layer::Final).mean(), [0.0; 3], "no path from the eye meets a point, no light path the eye");
+    assert!(is_black(&layer(&path, Layer::Final)), "no path from the eye meets a point, no light path the eye");
 }
 
 /// Centres of a ball of glass, one of frosted glass and one of metal, and their radius (m).
@@ -210,7 +214,7 @@ const BALL_RADIUS: f32 = 0.3;
 /// Dark walls, so that the length of paths, which is not limited alike, does not matter, under a ceiling that emits, which makes little noise.
 fn balls() -> Scene {
     let mut scene = builtin::cornell();
-    let lamp = scene.materials.iter().position(|material| material.emissive != [0.0; 3]).expect("it has a lamp") as u32;
+    let lamp = scene.materials.iter().position(|material| material.emissive[0] > 0.0).expect("it has a lamp") as u32;
     scene.materials[lamp as usize].emissive = [1.0; 3];
     for material in &mut scene.materials[..3] {
         material.base_color = [0.3, 0.3, 0.3, 1.0];

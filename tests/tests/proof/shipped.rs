@@ -29,7 +29,8 @@ fn middles(n: u32) -> Vec<[f64; 3]> {
     points.into_iter().map(|[u, v]| [1.0 - u - v, u, v]).collect()
 }
 
-/// Flux (W) of a sun of 1 W·m⁻² that passes the water: Σ A |d·n| (1 − F(d·n_s)) where the sun shines, n the facets' normals and n_s those between their corners.
+/// Flux (W) of a sun of 1 W·m⁻² that passes the water: `Σ A |d·n| (1 − F(d·n_s))` where the sun shines, n the facets' normals and `n_s` those
+/// between their corners.
 fn entering(water: &[Triangle], ior: f64, sun: DVec3, half: [f64; 2]) -> f64 {
     let inside = |p: DVec3| p.x.abs() < half[0] && p.z.abs() < half[1];
     let middles = middles(4);
