@@ -65,7 +65,7 @@ pub fn corridor() -> Scene {
         light_names: ["near", "far", "first spot", "second spot"].map(str::to_owned).to_vec(),
         cameras: vec![
             Camera::look_at("main", at(0.35, 1.55, -3.2), at(-0.35, 1.25, -9.5), Vec3::Y, 0.75),
-            Camera::look_at("bend", at(6.2, 1.5, -8.7), at(9.2, 1.25, -11.5), Vec3::Y, 0.9),
+            Camera::look_at("bend", at(8.4, 1.5, -8.5), at(9.1, 1.2, -14.0), Vec3::Y, 0.9),
         ],
         ..Scene::default()
     }
