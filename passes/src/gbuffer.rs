@@ -9,7 +9,8 @@ use lightloom_graph::{Graph, Handle, ShaderError, Texture, TextureDesc, WgslSour
 /// What strategies gather at. An engine may fill these textures itself; `shared/gbuffer.wgsl` has the encoding.
 #[derive(Debug)]
 pub struct GBuffer {
-    /// `rgba32float`: world position (m), distance to the camera (m; 0 where nothing is seen).
+    /// `rgba32float`: world position (m), distance to the camera (m; 0 where nothing is seen; below 0 for
+    /// [`VisiblePoints`](crate::VisiblePoints) that are seen by way of mirrors or glass).
     pub position: Handle<Texture>,
     /// `rgba32uint`: shading normal and geometric normal (octahedral), base colour, and roughness, metallic, flags and
     /// f0 in bytes.

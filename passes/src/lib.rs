@@ -46,6 +46,7 @@ mod specular_pixels;
 mod trace_rays;
 mod upsample;
 mod visibility;
+mod visible_points;
 
 pub use accumulate::{Accumulate, Accumulated};
 pub use ambient_occlusion::{AmbientOcclusion, AmbientOcclusionSettings};
@@ -73,6 +74,7 @@ pub use specular_pixels::SpecularPixels;
 pub use trace_rays::{Ray, RayHit, TraceRays};
 pub use upsample::{Subsample, SubsampledPoints, Upsample};
 pub use visibility::Visibility;
+pub use visible_points::{VisiblePoints, VisiblePointsPass};
 
 use lightloom_graph::{TextureDesc, WgslSources, wgpu::TextureFormat};
 

@@ -1,5 +1,8 @@
 // What the eye sees through each pixel, packed into three textures:
 // position (rgba32float: world m; distance to the camera m, 0 where nothing is), surface (rgba32uint), emission.
+//
+// Points that the eye sees by way of mirrors and glass (passes/visible_points.wgsl) have the direction in which they are seen in place of the
+// distance, coded as a number below 0.
 #import "shared/math.wgsl"
 #import "shared/brdf.wgsl"
 
@@ -11,7 +14,7 @@ const SURFACE_LAMBERT: u32 = 0x40000u;
 struct VisiblePoint {
     // World (m).
     position: vec3f,
-    // Distance to the camera (m).
+    // Distance to the camera (m); below 0: the point is seen by way of others.
     depth: f32,
     normal_geometric: vec3f,
     brdf: Brdf,
@@ -45,6 +48,21 @@ fn gathers(surface: vec4u) -> bool {
     return (surface.w & (SURFACE_VALID | SURFACE_SPECULAR)) == SURFACE_VALID;
 }
 
+// A unit direction as a negative number: octahedral, two components of 14 bits; error below 3e-4 rad. Bit 29 keeps it a normal number, which
+// textures leave as it is.
+fn to_eye_encode(direction: vec3f) -> f32 {
+    let bits = bitcast<i32>(octahedral_encode(direction));
+    let wide = vec2i(extractBits(bits, 0u, 16u), extractBits(bits, 16u, 16u));
+    let narrow = bitcast<vec2u>(clamp((wide + 2) >> vec2u(2u), vec2i(-8191), vec2i(8191))) & vec2u(0x3fffu);
+    return bitcast<f32>(0xa0000000u | narrow.x | (narrow.y << 14u));
+}
+
+fn to_eye_decode(code: f32) -> vec3f {
+    let bits = bitcast<i32>(code);
+    let wide = bitcast<vec2u>(vec2i(extractBits(bits, 0u, 14u), extractBits(bits, 14u, 14u)) * 4);
+    return octahedral_decode((wide.x & 0xffffu) | (wide.y << 16u));
+}
+
 fn visible_point(position: vec4f, surface: vec4u, camera_position_world: vec3f) -> VisiblePoint {
     var point: VisiblePoint;
     point.position = position.xyz;
@@ -58,7 +76,7 @@ fn visible_point(position: vec4f, surface: vec4u, camera_position_world: vec3f) 
     point.brdf.lambert = (surface.w & SURFACE_LAMBERT) != 0u;
     // Light is gathered where nothing is transmitted, as in shared/surface.wgsl.
     point.brdf.phong = SCENE_PHONG;
-    point.to_eye = normalize(camera_position_world - position.xyz);
+    point.to_eye = select(normalize(camera_position_world - position.xyz), to_eye_decode(position.w), position.w < 0.0);
     point.valid = (surface.w & SURFACE_VALID) != 0u;
     point.gatherable = gathers(surface);
     return point;

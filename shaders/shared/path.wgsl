@@ -7,6 +7,7 @@
 #import "shared/bvh.wgsl"
 #import "shared/surface.wgsl"
 #import "shared/lights.wgsl"
+#import "shared/light_found.wgsl"
 
 // Radiance towards the eye (W·m⁻²·sr⁻¹).
 struct PathRadiance {
@@ -39,9 +40,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
     var origin = ray_origin;
     var direction = ray_direction;
     var throughput = vec3f(1.0);
-    // Of the last scattering.
-    var pdf = 0.0;
-    var was_specular = true;
+    var last = LastScatter(0.0, true);
     var first_gatherable = true;
     // x2 … are all specular so far.
     var chain_specular = true;
@@ -49,11 +48,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
         let hit = trace_ray(origin, direction, INFINITY, false);
         if hit.index == NO_HIT {
             if SCENE_ENVIRONMENT {
-                var weight = 1.0;
-                if !was_specular {
-                    weight = pdf / (pdf + environment_light_pdf(direction, info));
-                }
-                add_emitted(throughput * environment_radiance(direction) * weight, vertex, first_gatherable, chain_specular, &result);
+                add_emitted(throughput * environment_found(direction, last, info), vertex, first_gatherable, chain_specular, &result);
             }
             break;
         }
@@ -63,15 +58,9 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
         }
         let wo = -direction;
 
-        // Emission, weighted against next-event estimation at the vertex before.
         if max_component(surface.emission) > 0.0 {
-            var weight = 1.0;
-            if !was_specular {
-                let light = lights[surface.light];
-                let light_pdf = emissive_pdf(light, info, hit.t, abs(dot(surface.normal_geometric, direction)));
-                weight = pdf / (pdf + light_pdf);
-            }
-            add_emitted(throughput * surface.emission * weight, vertex, first_gatherable, chain_specular, &result);
+            let found = emission_found(surface, direction, hit.t, last, info);
+            add_emitted(throughput * found, vertex, first_gatherable, chain_specular, &result);
         }
         if vertex == 1u {
             first_gatherable = surface_gatherable(surface);
@@ -82,11 +71,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
 
         // Next-event estimation.
         if surface_opacity(surface) > 0.0 {
-            var value = punctual_light(surface, wo, info, rng);
-            let emissive = emissive_light(surface, wo, info, rng_next4(rng));
-            if emissive.pdf > 0.0 {
-                value += emissive.value * (emissive.pdf / (emissive.pdf + emissive.scatter_pdf));
-            }
+            let value = light_sampled(surface, wo, info, rng);
             if vertex == 1u && first_gatherable {
                 result.direct += throughput * value;
             } else {
@@ -104,8 +89,7 @@ fn path_radiance(ray_origin: vec3f, ray_direction: vec3f, info: LightInfo, max_b
             break;
         }
         throughput /= survival;
-        pdf = scattered.pdf;
-        was_specular = scattered.specular;
+        last = LastScatter(scattered.pdf, scattered.specular);
         if vertex > 1u {
             chain_specular = chain_specular && scattered.specular;
         }

@@ -35,6 +35,7 @@ mod path;
 mod photon_lists;
 mod pipeline;
 mod point_bounds;
+mod progressive;
 mod registry;
 mod requirements;
 mod screen_space;
@@ -68,6 +69,7 @@ pub use pipeline::{
     Flux, Frame, FrameLayers, Layer, LayerImage, LightLayer, PassReport, PhotonReport, Pipeline, RenderProgress, Rendered,
     Settings,
 };
+pub use progressive::{Progressive, ProgressiveConfig};
 pub use registry::{Entry, by_name, by_name_with, registry};
 pub use requirements::Requirements;
 pub use screen_space::{Denoiser, ScreenSpace, ScreenSpaceConfig};

@@ -21,6 +21,8 @@ pub struct Lab {
     pub sources: WgslSources,
     /// Runs the frames.
     pub executor: Executor,
+    /// Frames that came before those that are estimated.
+    pub frame_index: u32,
     visibility: Visibility,
     gbuffer: GBufferPass,
     direct: DirectLight,
@@ -154,6 +156,7 @@ impl Lab {
         let sources = shaders();
         Self {
             executor: Executor::new(&gpu),
+            frame_index: 0,
             visibility: Visibility::new(&sources).expect("visibility.wgsl is valid"),
             gbuffer: GBufferPass::new(&sources).expect("gbuffer.wgsl is valid"),
             direct: DirectLight::new(&sources).expect("direct.wgsl is valid"),
@@ -290,7 +293,7 @@ impl Lab {
             photons: Some(photons),
             camera,
             size: camera.size,
-            frame_index: 0,
+            frame_index: self.frame_index,
             seed: frame.photons.seed,
             max_bounces: frame.photons.max_bounces,
             deterministic: frame.deterministic,

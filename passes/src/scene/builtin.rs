@@ -1,8 +1,14 @@
 //! Scenes made by our own code: for demonstration, and those with a known answer.
 
+mod corridor;
 mod moving;
+mod pieces;
+mod pool;
 
+pub use corridor::corridor;
 pub use moving::moving;
+pub use pieces::pieces;
+pub use pool::pool;
 
 use super::mesh::{band, cuboid, disc, faceted, icosphere, inverted, placed, quad};
 use super::{Camera, Light, Material, Scene, Triangle};
@@ -14,7 +20,19 @@ pub const CORNELL_RADIANCE: Vec3 = Vec3::new(17.0, 12.0, 4.0);
 
 /// Names that [`by_name`] knows, the default demonstration first.
 pub fn names() -> &'static [&'static str] {
-    &["caustics", "cornell", "closed_sphere", "closed_box", "plane", "plane_point", "two_discs", "moving"]
+    &[
+        "caustics",
+        "cornell",
+        "pool",
+        "pieces",
+        "corridor",
+        "moving",
+        "closed_sphere",
+        "closed_box",
+        "plane",
+        "plane_point",
+        "two_discs",
+    ]
 }
 
 /// A built-in scene with its usual parameters: sphere of 4 subdivisions, box of albedo ½, plane of 4 m.
@@ -23,6 +41,9 @@ pub fn by_name(name: &str) -> Option<Scene> {
     Some(match name.replace('-', "_").as_str() {
         "caustics" | "cornell_glass" => caustics(),
         "cornell" => cornell(),
+        "pool" => pool(),
+        "pieces" => pieces(),
+        "corridor" => corridor(),
         "closed_sphere" => closed_sphere(4),
         "closed_box" => closed_box(0.5),
         "plane" => plane(4.0),
@@ -229,6 +250,35 @@ mod tests {
         }
         assert!(by_name("sponza").is_none(), "unknown");
         assert!(by_name("closed-box").is_some(), "hyphens");
+    }
+
+    #[test]
+    fn every_kind_of_light_occurs() {
+        let scenes: Vec<Scene> = names().iter().filter_map(|name| by_name(name)).collect();
+        let any = |kind: &dyn Fn(&Light) -> bool| scenes.iter().flat_map(|scene| &scene.lights).any(kind);
+        assert!(any(&|light| matches!(light, Light::Point { .. })), "point");
+        assert!(any(&|light| matches!(light, Light::Spot { .. })), "spot");
+        assert!(any(&|light| matches!(light, Light::Directional { .. })), "directional");
+        assert!(scenes.iter().any(|scene| scene.environment.is_some()), "environment");
+        let emits =
+            |scene: &Scene| scene.materials.iter().any(|material| material.emissive.iter().any(|&radiance| radiance > 0.0));
+        assert!(scenes.iter().any(emits), "emissive");
+    }
+
+    /// Every edge of a solid of glass belongs to two of its triangles, which run along it in opposite directions.
+    #[test]
+    fn turned_pieces_are_closed() {
+        let scene = pieces();
+        let mut edges = std::collections::HashMap::new();
+        for triangle in scene.triangles.iter().filter(|triangle| scene.materials[triangle.material as usize].transmission > 0.0) {
+            for corners in [[0, 1], [1, 2], [2, 0]] {
+                let [from, to] = corners.map(|corner| triangle.positions_world[corner].to_array().map(f32::to_bits));
+                *edges.entry((from, to)).or_insert(0) += 1;
+                *edges.entry((to, from)).or_insert(0) -= 1;
+            }
+        }
+        assert!(edges.len() > 10_000 && edges.values().all(|&count| count == 0), "{} edges", edges.len());
+        assert!(scene.triangles.len() < 60_000 && pool().triangles.len() < 60_000, "moderate");
     }
 
     #[test]

@@ -94,7 +94,7 @@ fn check(lab: &mut Lab, scene: &Scene, emitted: u32, radius: f64, varying: bool)
     }
 }
 
-/// Photons and radius (m) of a built-in scene; `None`: the eye sees one surface, and nothing is scattered to it.
+/// Photons and radius (m) of a built-in scene; `None`: the eye sees one surface, and nothing is scattered to it, or hardly anything but water.
 fn size_of(name: &str) -> Option<(u32, f64)> {
     Some(match name {
         "cornell" => (30_000, 0.12),
@@ -102,7 +102,9 @@ fn size_of(name: &str) -> Option<(u32, f64)> {
         "closed_sphere" => (4000, 0.2),
         "closed_box" => (4000, 0.5),
         "moving" => (10_000, 0.15),
-        "plane" | "plane_point" | "two_discs" => return None,
+        "pieces" => (6000, 0.06),
+        "corridor" => (6000, 0.8),
+        "plane" | "plane_point" | "two_discs" | "pool" => return None,
         _ => panic!("give {name} a number of photons and a radius"),
     })
 }

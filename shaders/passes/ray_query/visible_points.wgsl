@@ -1,0 +1,4 @@
+// `passes/visible_points.wgsl`, its rays traced by ray queries.
+enable wgpu_ray_query;
+#import "shared/ray_query.wgsl" as "shared/bvh.wgsl"
+#import "passes/visible_points.wgsl"
