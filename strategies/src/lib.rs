@@ -21,6 +21,7 @@
 //! ```
 
 mod auto;
+mod caustic_map;
 mod composed;
 mod density_tiles;
 mod device_traits;
@@ -53,6 +54,7 @@ mod tiled;
 mod view_grid;
 
 pub use auto::{Auto, AutoConfig};
+pub use caustic_map::{CausticMap, CausticMapConfig, SplatSize};
 pub use composed::Composed;
 pub use density_tiles::DensityTiles;
 pub use device_traits::DeviceTraits;

@@ -259,12 +259,27 @@ impl Lab {
     /// # Panics
     /// If a strategy refuses the frame.
     pub fn estimate(&mut self, scene: &GpuScene, view: &View, frame: Frame, strategies: &mut [Box<dyn Strategy>]) -> Estimates {
+        self.estimate_by(Emission::Uniform, scene, view, frame, strategies)
+    }
+
+    /// As [`Self::estimate`], from photons that leave the lights by `emission`; without maps.
+    ///
+    /// # Panics
+    /// As [`Self::estimate`].
+    pub fn estimate_by(
+        &mut self,
+        emission: Emission,
+        scene: &GpuScene,
+        view: &View,
+        frame: Frame,
+        strategies: &mut [Box<dyn Strategy>],
+    ) -> Estimates {
         let camera = uniform(scene, view);
         let mut graph = Graph::new("estimate");
         let handles = scene.declare(&mut graph);
         let gbuffer = self.gbuffer(&mut graph, scene, &handles, &camera);
         let photons = match frame.maps {
-            None => self.tracing.add(&mut graph, &handles, &scene.info(), &frame.photons),
+            None => self.tracing.add(&mut graph, &handles, &scene.info().with_emission(emission), &frame.photons),
             Some(maps) => self.trace_by_maps(&mut graph, scene, &handles, &frame.photons, maps),
         };
         self.gather(graph, scene, &handles, &camera, (&gbuffer, &photons), frame, strategies)

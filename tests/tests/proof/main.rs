@@ -5,6 +5,7 @@ mod animation;
 mod beams;
 mod bias_and_variance;
 mod blinn_phong;
+mod caustic_map;
 mod closed_box;
 mod closed_sphere;
 mod composed;
