@@ -3,8 +3,8 @@
 use lightloom_graph::WgslSources;
 
 use crate::{
-    Auto, Composed, Exact, HashGrid, Path, ScreenSpace, SortedGrid, Splat3d, Splat25d, SplatCompute, Strategy, StrategyError,
-    Tiled, ViewGrid,
+    Auto, Composed, Exact, HashGrid, InstantRadiosity, Path, ScreenSpace, SortedGrid, Splat3d, Splat25d, SplatCompute, Strategy,
+    StrategyError, Tiled, ViewGrid,
 };
 
 /// A strategy that can be built.
@@ -28,6 +28,7 @@ pub fn registry() -> &'static [Entry] {
         Entry { name: Splat25d::NAME, build: |sources| Ok(Box::new(Splat25d::new(sources)?)) },
         Entry { name: SplatCompute::NAME, build: |sources| Ok(Box::new(SplatCompute::new(sources)?)) },
         Entry { name: ScreenSpace::NAME, build: |sources| Ok(Box::new(ScreenSpace::new(sources)?)) },
+        Entry { name: InstantRadiosity::NAME, build: |sources| Ok(Box::new(InstantRadiosity::new(sources)?)) },
         Entry { name: Auto::NAME, build: |sources| Ok(Box::new(Auto::new(sources)?)) },
         Entry { name: Path::NAME, build: |sources| Ok(Box::new(Path::new(sources)?)) },
     ]

@@ -112,6 +112,7 @@ impl Settings {
             max_bounces: self.bounces,
             seed: self.frame_seed(frame_index),
             caustics_only: false,
+            light_vertices: false,
             cull: None,
         }
     }

@@ -14,6 +14,7 @@ mod determinism;
 mod discs;
 mod equality;
 mod frosted;
+mod instant_radiosity;
 mod ledger;
 mod light_types;
 mod lights;

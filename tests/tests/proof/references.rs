@@ -210,8 +210,15 @@ fn assert_strategies_agree(name: &str, halvings: u32, frames: u32, emitted: u32,
     let mut ratios = vec![Vec::new(); strategies.len()];
     for seed in 0..frames {
         view.jitter = Settings::default().jitter(seed);
-        let photons =
-            PhotonSettings { emitted, capacity: 4 * emitted, max_bounces: BOUNCES, seed, caustics_only: false, cull: None };
+        let photons = PhotonSettings {
+            emitted,
+            capacity: 4 * emitted,
+            max_bounces: BOUNCES,
+            seed,
+            caustics_only: false,
+            light_vertices: false,
+            cull: None,
+        };
         let estimates = lab.estimate(&gpu_scene, &view, Frame { photons, maps, deterministic: false }, &mut strategies);
         assert_eq!(estimates.traced.state.dropped, 0, "{name}: every photon is stored");
         for (ratios, [indirect, _]) in ratios.iter_mut().zip(&estimates.layers) {
