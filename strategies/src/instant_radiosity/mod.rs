@@ -11,11 +11,11 @@
 //!     for each pixel:  image = what y brings · V · W
 //! ```
 //!
-//! [Keller97], with rays for its shadow buffers [Lin19]; `realtime` shares lights out in tiles as [Segovia06] interleaves them, and resamples in time
+//! [Keller97], with rays for its shadow buffers as in Lin's "Using RTX to accelerate instant radiosity" (2019); `realtime` shares lights out in tiles as [Segovia06] interleaves them, and resamples in time
 //! [Bitterli20]. Unbiased with `clamp` 0 in either mode, but for the rounding of albedos to 16 bits, and consistent. With `clamp` ε it only ever darkens; what ε took
 //! is in the statistics (`clamp_removed_ppm`) and, above 5 %, a warning.
 //!
-//! **Intensity.** The post's `E = Φ cos θ cos θ′ / r²` lacks Lambert's 1/π and its photons take a cosine more than they should. A vertex of flux Φ
+//! **Intensity.** Lin's `E = Φ cos θ cos θ′ / r²` lacks Lambert's 1/π, and the photons there take a cosine too many. A vertex of flux Φ
 //! and albedo ρ is a light of intensity (ρ/π) Φ max(0, n·ω); here it reflects by the model that its surface has, glossy lobes and rough
 //! dielectrics included (`shared/virtual_light.wgsl`). Narrow lobes make few bright dots, as they do in every method of points.
 //!
@@ -47,7 +47,6 @@
 //!
 //! [Bitterli20]: https://doi.org/10.1145/3386569.3392481 "Spatiotemporal reservoir resampling for real-time ray tracing with dynamic direct lighting, Bitterli et al., 2020"
 //! [Keller97]: https://doi.org/10.1145/258734.258769 "Instant radiosity, Keller, 1997"
-//! [Lin19]: https://www.daqi.dev/ "Using RTX to accelerate instant radiosity, Lin, 2019"
 //! [Segovia06]: https://doi.org/10.2312/EGGH/EGGH06/053-060 "Non-interleaved deferred shading of interleaved sample patterns, Segovia et al., 2006"
 
 mod config;
