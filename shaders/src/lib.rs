@@ -143,6 +143,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "strategies/instant_radiosity_removed.wgsl",
     "strategies/instant_radiosity_resample.wgsl",
     "strategies/instant_radiosity_shade.wgsl",
+    "strategies/instant_radiosity_sort.wgsl",
     "strategies/k_nearest_pack.wgsl",
     "strategies/k_nearest_search.wgsl",
     "strategies/list_stats.wgsl",

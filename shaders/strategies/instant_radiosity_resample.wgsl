@@ -1,7 +1,8 @@
 // Chooses a light for each pixel in proportion to what it brings unshadowed: among its share of the frame's lights, and the one chosen before
 // for the same place. A thread per pixel.
 //
-// Candidates y of the frame, n² to a pixel of an n × n tile, are chosen by p = luminance(f(y)), and W = n² Σ p / p(y) [Talbot05]. The light kept from before
+// A pixel of an n × n tile has every n²th light y of the frame. It takes one with a probability in proportion to p = luminance(f(y)), by the inverse of
+// the distribution, and W = n² Σ p / p(y) [Talbot05]. The light kept from before
 // stands for M frames: both are chosen between by p W and M p W, and
 //
 //   W = (Σ p + M p W) / (p(y) Z),   Z = 1 + M if y could have been chosen before, else 1 [Bitterli20, Alg. 6].
@@ -28,7 +29,12 @@ struct ResampleParams {
     pixel_angle: f32,
     // Lights wanted.
     lights: u32,
+    // Which frame this is, and the seed of the sequence over frames.
+    frame: u32,
+    sequence_seed: u32,
     pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: ResampleParams;
@@ -41,6 +47,8 @@ struct ResampleParams {
 @group(0) @binding(7) var<storage, read_write> lights_kept: array<VirtualLight>;
 @group(0) @binding(8) var<storage, read_write> reservoirs: array<LightReservoir>;
 
+// Runs of a pixel's lights whose sums are kept.
+const RUNS: u32 = 16u;
 // Cosine of the normals, and distances off the plane and along it (pixels), of what shows one place.
 const SAME_NORMAL: f32 = 0.9;
 const SAME_PLANE: f32 = 1.0;
@@ -85,20 +93,38 @@ fn instant_radiosity_resample(@builtin(global_invocation_id) pixel: vec3u) {
     let count = light_count(params.lights, photon_state.stored);
     let stride = params.tile * params.tile;
     let drawn = pcg4d(vec4u(params.seed, 0x54494c45u, 0u, 0u)).x;
-    var i = (pixel.x % params.tile + params.tile * (pixel.y % params.tile) + drawn) % stride;
-    var rng = rng_new(params.seed, 0x52455356u, index);
+    let first = (pixel.x % params.tile + params.tile * (pixel.y % params.tile) + drawn) % stride;
+    let run = ((count + stride - 1u) / stride + RUNS - 1u) / RUNS * stride;
+    var sums: array<f32, RUNS>;
     var fresh = 0.0;
-    var chosen = i;
-    var brought = 0.0;
-    while i < count {
-        let p = brings(at, point.to_eye, virtual_lights[i]);
-        fresh += p;
-        if rng_next4(&rng).x * fresh < p {
-            chosen = i;
-            brought = p;
+    for (var r = 0u; r < RUNS; r += 1u) {
+        var sum = 0.0;
+        let end = min(first + (r + 1u) * run, count);
+        for (var i = first + r * run; i < end; i += stride) {
+            sum += brings(at, point.to_eye, virtual_lights[i]);
         }
-        i += stride;
+        sums[r] = sum;
+        fresh += sum;
     }
+    // The light at the part `u` of the sum. Over frames the parts of a pixel are evenly apart, multiples of the golden ratio: in a list in the
+    // order of space they are lights from everywhere.
+    let bits = pcg4d(vec4u(params.sequence_seed, 0x53455155u, index, 0u)).x + params.frame * 2654435769u;
+    var rest = unit_float(bits) * fresh;
+    var r = 0u;
+    while r + 1u < RUNS && rest >= sums[r] {
+        rest -= sums[r];
+        r += 1u;
+    }
+    var chosen = first;
+    var brought = 0.0;
+    let end = min(first + (r + 1u) * run, count);
+    for (var i = first + r * run; i < end && rest >= 0.0; i += stride) {
+        let p = brings(at, point.to_eye, virtual_lights[i]);
+        rest -= p;
+        chosen = select(chosen, i, p > 0.0);
+        brought = select(brought, p, p > 0.0);
+    }
+    var rng = rng_new(params.seed, 0x52455356u, index);
     fresh *= f32(stride) * light_weight(params.lights, photon_state.stored);
     var light = virtual_lights[min(chosen, arrayLength(&virtual_lights) - 1u)];
 

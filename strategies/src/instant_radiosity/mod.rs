@@ -7,6 +7,7 @@
 //!     for each pixel of visible point x:                                          # in chunks of lights, one dispatch each
 //!         image = N/M Σ_j I_j(ω) f_x cos θ_x V / max(r², ε²)
 //! realtime:
+//!     sort the lights along a curve through space
 //!     for each pixel:  choose one light y by what it brings unshadowed, among its tile's share and the one kept from before
 //!     for each pixel:  image = what y brings · V · W
 //! ```
@@ -38,6 +39,7 @@
 //! |---|---|---|
 //! | `instant_radiosity_lights` | s M | 48 M |
 //! | `instant_radiosity_gather` | C (48 X) + 48 M a workgroup | 16 C X |
+//! | `instant_radiosity_sort` | 96 M | 48 M |
 //! | `instant_radiosity_resample` | 112 X + 48 M a workgroup | 80 X |
 //! | `instant_radiosity_shade` | 112 X | 16 X |
 //! | `instant_radiosity_removed` | 16 X | |

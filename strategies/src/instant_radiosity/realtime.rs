@@ -1,7 +1,7 @@
 //! One shadow ray a pixel: lights resampled among many and in time.
 
 use super::{InstantRadiosityConfig, Lights, VirtualLight};
-use crate::{FrameInputs, StrategyError};
+use crate::{FrameInputs, Settings, StrategyError};
 use lightloom_graph::wgpu::Limits;
 use lightloom_graph::{BufferDesc, Graph, Handle, Texture, WgslSources, shader_struct};
 use lightloom_passes::{CameraUniform, SceneShader, radiance_desc};
@@ -18,6 +18,21 @@ shader_struct! {
     }
 }
 
+/// Lights that a workgroup sorts.
+const SORT_BLOCK: u32 = 2048;
+
+shader_struct! {
+    /// Parameters of `instant_radiosity_sort`.
+    struct SortParams {
+        bounds_center: [f32; 3],
+        bounds_radius: f32,
+        lights: u32,
+        pad0: u32,
+        pad1: u32,
+        pad2: u32,
+    }
+}
+
 shader_struct! {
     /// Parameters of `instant_radiosity_resample`.
     struct ResampleParams {
@@ -30,7 +45,11 @@ shader_struct! {
         history: f32,
         pixel_angle: f32,
         lights: u32,
+        frame: u32,
+        sequence_seed: u32,
         pad0: u32,
+        pad1: u32,
+        pad2: u32,
     }
 }
 
@@ -48,6 +67,7 @@ shader_struct! {
 /// The passes, and the frame that they remember. State on the device: a light and a [`LightReservoir`] a pixel, twice.
 #[derive(Debug)]
 pub(super) struct Realtime {
+    sort: SceneShader,
     resample: SceneShader,
     shade: SceneShader,
     /// The eye of the frame before; `None`: nothing is remembered.
@@ -57,6 +77,7 @@ pub(super) struct Realtime {
 impl Realtime {
     pub(super) fn new(sources: &WgslSources) -> Result<Self, StrategyError> {
         Ok(Self {
+            sort: SceneShader::new(sources, "strategies/instant_radiosity_sort.wgsl")?,
             resample: SceneShader::new(sources, "strategies/instant_radiosity_resample.wgsl")?,
             shade: SceneShader::new(sources, "strategies/instant_radiosity_shade.wgsl")?,
             previous: None,
@@ -85,6 +106,21 @@ impl Realtime {
                 expected: "strategy `instant-radiosity` keeps lights for at most 2796202 pixels in mode `realtime`; choose `progressive`",
             });
         }
+        let mut sorted = graph.buffer("virtual_lights_sorted", lights.made.desc().clone());
+        let params = SortParams {
+            bounds_center: frame.info.bounds_center.to_array(),
+            bounds_radius: frame.info.bounds_radius.max(f32::MIN_POSITIVE),
+            lights: lights.wanted,
+            ..SortParams::default()
+        };
+        graph
+            .compute(&self.sort.variant(frame.scene))
+            .params(&params)
+            .read("lights_made", &lights.made)
+            .read("photon_state", &lights.photons.state)
+            .write("lights_sorted", &mut sorted)
+            .dispatch([lights.wanted.div_ceil(SORT_BLOCK), 1, 1]);
+
         let camera_position_world = frame.camera_position_world();
         let least2 = config.clamp_m * config.clamp_m;
         let previous = self.previous.replace(*frame.camera).filter(|previous| previous.size == frame.size);
@@ -101,6 +137,8 @@ impl Realtime {
             history: previous.map_or(0.0, |_| history(config.history, frame.frame_index)),
             pixel_angle: before.pixel_angle(),
             lights: lights.wanted,
+            frame: frame.frame_index,
+            sequence_seed: Settings::first_seed(frame.seed, frame.frame_index),
             ..ResampleParams::default()
         };
         graph
@@ -108,7 +146,7 @@ impl Realtime {
             .params(&params)
             .read("position", &frame.gbuffer.position)
             .read("surface", &frame.gbuffer.surface)
-            .read("virtual_lights", &lights.made)
+            .read("virtual_lights", &sorted)
             .read("photon_state", &lights.photons.state)
             .read("lights_before", &kept.previous)
             .read("reservoirs_before", &reservoirs.previous)

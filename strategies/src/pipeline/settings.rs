@@ -122,6 +122,11 @@ impl Settings {
         self.seed.wrapping_add(frame_index.wrapping_mul(0x9e37_79b9))
     }
 
+    /// The seed of frame 0 where that of frame `frame_index` is `seed`: one for all frames of an image.
+    pub(crate) fn first_seed(seed: u32, frame_index: u32) -> u32 {
+        seed.wrapping_sub(frame_index.wrapping_mul(0x9e37_79b9))
+    }
+
     /// Sample position inside the pixels of frame `frame_index`, in [0, 1)²: the centre for frame 0, then the points of the
     /// two-dimensional golden-ratio sequence (ratios 1/g and 1/g², g³ = g + 1), which cover the pixel evenly.
     pub fn jitter(&self, frame_index: u32) -> [f32; 2] {
@@ -201,6 +206,7 @@ mod tests {
         let settings = Settings { seed: 7, ..Settings::default() };
         assert_eq!(settings.frame_seed(0), 7);
         assert_ne!(settings.frame_seed(1), settings.frame_seed(2));
+        assert_eq!(Settings::first_seed(settings.frame_seed(5), 5), 7);
         assert_eq!(settings.photon_settings(1).seed, settings.frame_seed(1));
     }
 }

@@ -67,9 +67,9 @@ fn half_of_the_light_in_a_sphere_is_indirect() {
     for set in [PROGRESSIVE, REALTIME] {
         let settings = Settings { photons: 8_000, ..settings([12, 12], 2, 24) };
         let mean = mean(&mut lab, &gpu_scene, &camera, &settings, set, 4);
-        // A photon leaves 1 + n vertices, n of variance 2 about 1: 0.7/√N of the sum.
-        let noise = 0.5 * 0.7 / (2.0 * 8_000.0_f64).sqrt();
-        assert!(mean.standard_error < noise, "{mean:?}");
+        // A photon leaves 1 + n vertices, n of variance 2 about 1: 0.7/√N of the sum, 0.0014 of four images, which tell it within a factor of 2.5.
+        let noise = 0.5 * 0.7 / (4.0 * 2.0 * 8_000.0_f64).sqrt();
+        assert!(mean.standard_error < 2.5 * noise, "{mean:?}");
         mean.assert_near(0.5, 0.5 * 0.01, &format!("{set:?}"));
     }
 }
@@ -111,7 +111,7 @@ fn light_of_few_bounces_is_that_of_paths() {
         for set in [PROGRESSIVE, REALTIME] {
             let Mean { value, standard_error } = mean(&mut lab, &gpu_scene, camera, &settings(SIZE, 2, bounces), set, 6);
             let standard_error = standard_error.hypot(path.standard_error);
-            assert!(standard_error < 0.02 * value, "precise enough to mean something: {value} ± {standard_error}");
+            assert!(standard_error < 0.03 * value, "precise enough to mean something: {value} ± {standard_error}");
             Mean { value, standard_error }.assert_near(path.value, 0.0, &format!("{bounces} bounces, {set:?}"));
         }
     }
