@@ -2,8 +2,7 @@
 // for the same place. A thread per pixel.
 //
 // A pixel of an n × n tile has every n²th light y of the frame. It takes one with a probability in proportion to p = luminance(f(y)), by the inverse of
-// the distribution, and W = n² Σ p / p(y) [Talbot05]. The light kept from before
-// stands for M frames: both are chosen between by p W and M p W, and
+// the distribution, and W = n² Σ p / p(y) [Talbot05]. The light kept from before stands for M frames: both are chosen between by p W and M p W, and
 //
 //   W = (Σ p + M p W) / (p(y) Z),   Z = 1 + M if y could have been chosen before, else 1 [Bitterli20, Alg. 6].
 //

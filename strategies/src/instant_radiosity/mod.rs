@@ -13,7 +13,7 @@
 //! ```
 //!
 //! [Keller97], with rays for its shadow buffers as in Lin's "Using RTX to accelerate instant radiosity" (2019); `realtime` shares lights out in tiles as [Segovia06] interleaves them, and resamples in time
-//! [Bitterli20]. Unbiased with `clamp` 0 in either mode, but for the rounding of albedos to 16 bits, and consistent. With `clamp` ε it only ever darkens; what ε took
+//! [Bitterli20]. Unbiased with `clamp` 0 in either mode for the light it holds, but for the rounding of albedos to 16 bits. With `clamp` ε it only ever darkens; what ε took
 //! is in the statistics (`clamp_removed_ppm`) and, above 5 %, a warning.
 //!
 //! **Intensity.** Lin's `E = Φ cos θ cos θ′ / r²` lacks Lambert's 1/π, and the photons there take a cosine too many. A vertex of flux Φ
@@ -23,8 +23,9 @@
 //! **Which light.** `indirect` holds what a surface that is no mirror and no smooth glass sent straight to the visible one, after whatever way. A light cannot be
 //! connected to through a mirror or glass, so that light whose *last* scattering before the visible surface is specular is missing. Where all were,
 //! these are the caustics: the `caustic` layer is black, and a strategy of caustics beside it, as in `instant-radiosity+screen-space`, brings
-//! them. What is left out then is light that was scattered diffusely first and by a mirror or glass last. Pixels that show mirrors and glass are
-//! path-traced by the pipeline.
+//! them. What is left out then is light that was scattered diffusely first and by a mirror or glass last: of the indirect light of `builtin:caustics`, with
+//! its sphere of glass and ring of metal, an eighth; of scenes without either, nothing. Pixels that show mirrors and glass are path-traced by the
+//! pipeline.
 //!
 //! **No clamp.** Contributions grow as 1/r² where surfaces meet, and their variance has no bound there: corners show bright spots that the mean over
 //! frames loses slowly. ε is a bias for that noise.
@@ -224,7 +225,7 @@ impl Strategy for InstantRadiosity {
     }
 
     fn description(&self) -> &'static str {
-        "vertices of light paths as point lights, with shadow rays [Keller97, Lin19]; unbiased without a clamp, no caustics"
+        "vertices of light paths as point lights, with shadow rays [Keller97, Lin19]; unbiased without a clamp but for light scattered last by mirrors or glass, which is missing"
     }
 
     fn light_vertices(&self) -> bool {
