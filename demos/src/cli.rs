@@ -65,7 +65,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct CompareArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// Strategies to compare; when not given all but `path`, `auto`, which is one of the others, and `screen-space` and `caustic-map`, which show caustics alone
+    /// Strategies to compare; when not given all but `path`, `auto`, which is one of the others, `screen-space` and `caustic-map`, which show caustics alone, and `instant-radiosity`, which shows none
     #[arg(long, value_name = "A,B,…", value_delimiter = ',', value_parser = parse_strategy)]
     pub(crate) strategies: Vec<String>,
     /// What to compare with: `path` renders it here, a file is read

@@ -27,7 +27,7 @@ shader_struct! {
 pub struct PhotonFlags;
 
 impl PhotonFlags {
-    /// Every earlier scattering was specular.
+    /// Every earlier scattering was specular, and there was one.
     pub const CAUSTIC: u32 = 0x100;
     /// The first scattering was specular and the light punctual: the eye cannot sample such paths.
     pub const LIGHT_ONLY: u32 = 0x200;

@@ -11,11 +11,11 @@ shader_struct! {
         seed: u32,
         max_bounces: u32,
         caustics_only: u32,
+        light_vertices: u32,
         ledger_scale: f32,
         bounds_radius: f32,
         pad0: u32,
         pad1: u32,
-        pad2: u32,
     }
 }
 
@@ -51,11 +51,11 @@ impl PhotonScatter {
             seed: settings.seed,
             max_bounces: settings.max_bounces,
             caustics_only: u32::from(settings.caustics_only),
+            light_vertices: u32::from(settings.light_vertices),
             ledger_scale: settings.ledger_scale(info),
             bounds_radius: info.bounds_radius,
             pad0: 0,
             pad1: 0,
-            pad2: 0,
         };
         scene
             .bind(graph.compute(&self.shader.variant(scene)).params(&params))

@@ -139,16 +139,16 @@ impl CompactPhoton {
         octahedral(self.normal, 8)
     }
 
-    /// Surfaces that scattered it before this one; 4 stands for more, too.
+    /// Surfaces that scattered it before this one; 3 stands for more, too.
     pub fn bounces(&self) -> u32 {
-        (self.direction >> 30) + 1
+        self.direction >> 30
     }
 
     /// Its [`PhotonFlags`].
     pub fn flags(&self) -> u32 {
         let flag = |word: u32, bit: u32, flag: u32| if word & (1 << bit) == 0 { 0 } else { flag };
         let scattered = flag(self.normal, 30, PhotonFlags::GLOSSY) | flag(self.normal, 31, PhotonFlags::DIFFUSE);
-        let caustic = if scattered == 0 { PhotonFlags::CAUSTIC } else { 0 };
+        let caustic = if scattered == 0 && self.bounces() > 0 { PhotonFlags::CAUSTIC } else { 0 };
         scattered | caustic | flag(self.position_high, 31, PhotonFlags::LIGHT_ONLY)
     }
 

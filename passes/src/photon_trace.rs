@@ -40,6 +40,9 @@ pub struct PhotonSettings {
     pub seed: u32,
     /// Follow only paths whose first scattering is specular.
     pub caustics_only: bool,
+    /// Store where light comes straight from a light, too, so that the records are all places from which light goes on to what is seen: records of
+    /// 0 scatterings are added, and those of `max_bounces` left out but for caustic ones.
+    pub light_vertices: bool,
     /// Store only what a camera's pixels can gather; `None` stores all.
     pub cull: Option<DepositCull>,
 }
@@ -51,7 +54,7 @@ impl PhotonSettings {
     /// `emitted` photons of up to `max_bounces` scatterings, all of them stored, with room for [`Self::default_capacity`].
     pub fn new(emitted: u32, max_bounces: u32, seed: u32) -> Self {
         let capacity = Self::default_capacity(emitted, max_bounces);
-        Self { emitted, capacity, max_bounces, seed, caustics_only: false, cull: None }
+        Self { emitted, capacity, max_bounces, seed, caustics_only: false, light_vertices: false, cull: None }
     }
 
     /// Records for which a store is laid out when nothing else is said: up to four for each photon, at most what a default WebGPU

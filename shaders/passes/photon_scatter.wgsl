@@ -1,11 +1,13 @@
 // One bounce of a batch: each photon that hit something leaves a record there, if it was scattered before (light that arrives
 // straight from a light is direct light) and the surface is not wholly specular, and is then absorbed or scattered. One thread per path.
+// With `light_vertices` records are of light that goes on: first vertices leave them, too, and last ones only where their light is caustic.
 //
 // Russian roulette keeps the largest channel of the flux [Jen01]: q = max(ρΦ) / max(Φ), Φ_r = ρΦ / q. Where the photon's source chose it
 // for the part e that it expects the first scattering to keep, q = max(ρΦ) / max(eΦ) there: such photons go on with equal flux.
 #import "shared/deposit_cull.wgsl"
 #import "shared/dispatch.wgsl"
 #import "shared/flux_ledger.wgsl"
+#import "shared/shading_normal.wgsl"
 #import "shared/surface.wgsl"
 
 struct PhotonScatterParams {
@@ -15,13 +17,14 @@ struct PhotonScatterParams {
     max_bounces: u32,
     // 1: only paths that begin with a specular scattering are followed.
     caustics_only: u32,
+    // 1: records are vertices that send light to what is seen, first ones among them.
+    light_vertices: u32,
     // Fixed-point units per watt.
     ledger_scale: f32,
     // Scene's radius (m), the unit of differentials.
     bounds_radius: f32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: PhotonScatterParams;
@@ -83,14 +86,17 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
         beam = differential_transfer(beam, direction, found.t / params.bounds_radius, surface.normal_geometric);
     }
     let opacity = surface_opacity(surface);
-    if opacity > 0.0 && bounce > 0u {
+    let as_vertex = (params.light_vertices != 0u) & ((bounce < params.max_bounces) | specular_so_far);
+    if (opacity > 0.0) & (as_vertex | ((params.light_vertices == 0u) & (bounce > 0u))) {
         if deposit_can_be_seen(params.cull, surface.position, surface.normal_geometric) {
             var footprint = 0.0;
             if specular_so_far {
                 footprint = sqrt(differential_area(beam, surface.normal_geometric) / PI) * params.bounds_radius;
             }
+            // Light that nothing scattered is no caustic.
+            let record_flags = flags & select(PHOTON_RECORD_FLAGS, PHOTON_RECORD_FLAGS & ~PHOTON_CAUSTIC, bounce == 0u);
             *record = photon_record(surface.position, path.flux, noise.xyz, direction, surface.normal_geometric, found.t,
-                path.path_probability, bounce | (flags & PHOTON_RECORD_FLAGS), footprint);
+                path.path_probability, bounce | record_flags, footprint);
         } else {
             atomicAdd(&tally.culled, 1u);
         }
@@ -105,12 +111,7 @@ fn scatter_photon(i: u32, record: ptr<function, Photon>) -> bool {
     let scattered = scatter(surface, wo, rng_next4(&rng), false);
     var weight = scattered.weight;
     if !scattered.specular && max_component(weight) > 0.0 {
-        // Light travels against the direction the shading normal was made for [Veach97, §5.3].
-        let n_s = surface.brdf.normal;
-        let n_g = surface.normal_geometric;
-        let swap = abs(dot(wo, n_s) * dot(scattered.direction, n_g))
-            / max(abs(dot(wo, n_g) * dot(scattered.direction, n_s)), 1.0e-4);
-        weight *= min(swap, 8.0);
+        weight *= flux_correction(wo, scattered.direction, surface.brdf.normal, surface.normal_geometric);
     }
     let scattered_flux = path.flux * weight;
     let compared = max_component(path.flux) * select(1.0, expected, expected > 0.0);

@@ -18,7 +18,7 @@ struct Photon {
     bounce_flags: u32,
 }
 
-// Every earlier scattering was specular.
+// Every earlier scattering was specular, and there was one.
 const PHOTON_CAUSTIC: u32 = 0x100u;
 // The first scattering was specular and the light is a point or a direction: the eye cannot sample such paths.
 const PHOTON_LIGHT_ONLY: u32 = 0x200u;

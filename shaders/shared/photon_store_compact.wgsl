@@ -11,7 +11,7 @@ struct CompactPhoton {
     position_high: u32,
     // As in Photon.
     flux: u32,
-    // Direction, octahedral, 12 + 12 bits; √(1 − ρ) in 6; surfaces scattered at before this one, less one, in 2: 3 is four or more.
+    // Direction, octahedral, 12 + 12 bits; √(1 − ρ) in 6; surfaces scattered at before this one in 2: 3 is three or more.
     direction: u32,
     // Normal, octahedral, 8 + 8 bits; length of the last segment and footprint, 7 bits each, by their logarithms; PHOTON_GLOSSY, PHOTON_DIFFUSE.
     normal: u32,
@@ -54,7 +54,7 @@ fn photon_store(photon: Photon, grid: PhotonGrid) -> StoredPhoton {
     let length_probability = unpack2x16float(photon.length_probability);
     let footprint = unpack2x16float(photon.bounce_flags >> 16u).x;
     let reach = u32(round(sqrt(saturate(1.0 - length_probability.y)) * 63.0));
-    let bounces = clamp(photon.bounce_flags & 0xffu, 1u, 4u) - 1u;
+    let bounces = min(photon.bounce_flags & 0xffu, 3u);
     return CompactPhoton(
         place.x | (place.y << 21u),
         (place.y >> 11u) | (place.z << 10u) | select(0u, 0x80000000u, (photon.bounce_flags & PHOTON_LIGHT_ONLY) != 0u),
@@ -81,7 +81,8 @@ fn photon_load(stored: StoredPhoton, grid: PhotonGrid) -> Photon {
     let scattered = select(0u, PHOTON_GLOSSY, (stored.normal & 0x40000000u) != 0u)
         | select(0u, PHOTON_DIFFUSE, (stored.normal & 0x80000000u) != 0u);
     // Caustic is what was scattered by nothing but mirrors and refractors.
-    let flags = scattered | select(0u, PHOTON_CAUSTIC, scattered == 0u)
+    let bounces = stored.direction >> 30u;
+    let flags = scattered | select(0u, PHOTON_CAUSTIC, (scattered == 0u) & (bounces > 0u))
         | select(0u, PHOTON_LIGHT_ONLY, (stored.position_high & 0x80000000u) != 0u);
     let footprint = length_decode(extractBits(stored.normal, 23u, 7u), grid);
     let last_segment = length_decode(extractBits(stored.normal, 16u, 7u), grid);
@@ -91,7 +92,7 @@ fn photon_load(stored: StoredPhoton, grid: PhotonGrid) -> Photon {
         octahedral_widen(stored.direction, 12u),
         octahedral_widen(stored.normal, 8u),
         pack2x16float(vec2f(min(last_segment, 65504.0), 1.0 - reach * reach)),
-        ((stored.direction >> 30u) + 1u) | flags | (pack2x16float(vec2f(min(footprint, 65504.0), 0.0)) << 16u),
+        bounces | flags | (pack2x16float(vec2f(min(footprint, 65504.0), 0.0)) << 16u),
     );
 }
 

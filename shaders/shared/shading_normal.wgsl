@@ -15,3 +15,11 @@ fn shading_corrections(cos_shading: vec4f, cos_geometric: vec4f) -> vec4f {
 fn shading_correction(incident: vec3f, shading_normal: vec3f, cos_geometric: f32) -> f32 {
     return shading_corrections(vec4f(dot(incident, shading_normal)), vec4f(cos_geometric)).x;
 }
+
+// Factor of the scattering of flux from `incident` to `onward`, both away from the surface: light travels against the direction that shading
+// normals were made for [Veach97, §5.3].
+fn flux_correction(incident: vec3f, onward: vec3f, shading_normal: vec3f, normal_geometric: vec3f) -> f32 {
+    let swap = abs(dot(incident, shading_normal) * dot(onward, normal_geometric))
+        / max(abs(dot(incident, normal_geometric) * dot(onward, shading_normal)), 1.0e-4);
+    return min(swap, 8.0);
+}

@@ -138,6 +138,10 @@ impl Strategy for Composed {
         }
     }
 
+    fn light_vertices(&self) -> bool {
+        self.global.light_vertices()
+    }
+
     fn reach_m(&self, info: &SceneInfo, emitted: u32) -> Option<f32> {
         let [global, caustic] = self.parts().map(|part| part.reach_m(info, emitted));
         Some(global?.max(caustic?))

@@ -77,6 +77,7 @@ impl Strategy for Path {
                     max_bounces: frame.max_bounces,
                     seed: frame.seed,
                     caustics_only: true,
+                    light_vertices: false,
                     cull: Some(DepositCull::new(frame.camera, 0.0)),
                 };
                 let photons = self.photons.add(graph, frame.scene, frame.info, &settings);

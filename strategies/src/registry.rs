@@ -3,8 +3,8 @@
 use lightloom_graph::WgslSources;
 
 use crate::{
-    Auto, CausticMap, Composed, Exact, HashGrid, Path, Progressive, ScreenSpace, SortedGrid, Splat3d, Splat25d, SplatCompute,
-    Strategy, StrategyError, Tiled, ViewGrid,
+    Auto, CausticMap, Composed, Exact, HashGrid, InstantRadiosity, Path, Progressive, ScreenSpace, SortedGrid, Splat3d, Splat25d,
+    SplatCompute, Strategy, StrategyError, Tiled, ViewGrid,
 };
 
 /// A strategy that can be built.
@@ -30,6 +30,7 @@ pub fn registry() -> &'static [Entry] {
         Entry { name: ScreenSpace::NAME, build: |sources| Ok(Box::new(ScreenSpace::new(sources)?)) },
         Entry { name: CausticMap::NAME, build: |sources| Ok(Box::new(CausticMap::new(sources)?)) },
         Entry { name: Progressive::NAME, build: |sources| Ok(Box::new(Progressive::new(sources)?)) },
+        Entry { name: InstantRadiosity::NAME, build: |sources| Ok(Box::new(InstantRadiosity::new(sources)?)) },
         Entry { name: Auto::NAME, build: |sources| Ok(Box::new(Auto::new(sources)?)) },
         Entry { name: Path::NAME, build: |sources| Ok(Box::new(Path::new(sources)?)) },
     ]

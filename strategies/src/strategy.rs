@@ -33,6 +33,12 @@ pub trait Strategy {
         false
     }
 
+    /// Whether photons are lights to it that send light to what is seen, rather than light that lands there: they are then stored by
+    /// [`light_vertices`](lightloom_passes::PhotonSettings::light_vertices).
+    fn light_vertices(&self) -> bool {
+        false
+    }
+
     /// How far (m) from what is seen a photon counts in a frame of `emitted` of them: gathered, or as a neighbour of those that are. With it the pipeline
     /// stores only photons that count; `None` keeps all.
     fn reach_m(&self, _info: &SceneInfo, _emitted: u32) -> Option<f32> {
@@ -42,7 +48,7 @@ pub trait Strategy {
     /// Declares one frame's passes; runs nothing.
     fn declare(&mut self, graph: &mut Graph<'_>, frame: &FrameInputs<'_>) -> Result<Estimate, StrategyError>;
 
-    /// Forgets what it kept of earlier frames; call when the camera or the scene changes.
+    /// Forgets what it kept of earlier frames; call when the camera jumps or the scene is another.
     fn reset(&mut self) {}
 
     /// Learns what runs its next frames.
@@ -146,7 +152,8 @@ impl Estimate {
 pub struct Stats {
     /// One u32 per name.
     pub buffer: Handle<Buffer>,
-    /// What the words count. A name that ends in `dropped` is light lost for want of room, and is reported as a warning, as is one in `overflowed` or `cut`.
+    /// What the words count. A name that ends in `dropped` is light lost for want of room, and is reported as a warning, as is one in `overflowed`
+    /// or `cut`, and more than a twentieth of all light in `removed_ppm`, the millionths of it that a clamp took.
     pub names: &'static [&'static str],
     /// The strategy that counts, where it is a part of the frame's.
     pub part: Option<String>,

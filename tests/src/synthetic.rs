@@ -108,8 +108,15 @@ impl PlaneView {
         let camera = CameraUniform::new(&camera, self.size, [0.5; 2], scene.info().bounds_radius);
 
         let count = photons.len() as u32;
-        let settings =
-            PhotonSettings { emitted: count, capacity: count, max_bounces: 1, seed: 0, caustics_only: false, cull: None };
+        let settings = PhotonSettings {
+            emitted: count,
+            capacity: count,
+            max_bounces: 1,
+            seed: 0,
+            caustics_only: false,
+            light_vertices: false,
+            cull: None,
+        };
         let frame = Frame { photons: settings, maps: None, deterministic: false };
         let state = PhotonState { stored: count, total: count, ..PhotonState::default() };
         let mut graph = Graph::new("imported");

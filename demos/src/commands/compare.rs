@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Parser;
 use lightloom_passes::PhotonStore;
-use lightloom_strategies::{Auto, CausticMap, Layer, ScreenSpace};
+use lightloom_strategies::{Auto, CausticMap, InstantRadiosity, Layer, ScreenSpace};
 
 use crate::cli::{Cli, Command, CompareArgs, SceneArgs};
 use crate::display::Display;
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Error> {
 /// The strategies asked for, each once; when none was, all that estimate all of the indirect light, but for the path tracer and `auto`,
 /// which would show one of the others again.
 fn chosen(asked: &[String]) -> Vec<String> {
-    let others = [REFERENCE_STRATEGY, Auto::NAME, ScreenSpace::NAME, CausticMap::NAME];
+    let others = [REFERENCE_STRATEGY, Auto::NAME, ScreenSpace::NAME, CausticMap::NAME, InstantRadiosity::NAME];
     let all = || strategy_names().into_iter().filter(|name| !others.contains(name)).map(str::to_owned).collect();
     if asked.is_empty() {
         return all();
@@ -278,7 +278,8 @@ mod tests {
         assert_eq!(chosen(&asked), ["tiled", "exact"]);
         let all = chosen(&[]);
         assert!(all.iter().any(|name| name == "hash-grid"), "{all:?}");
-        assert!(!all.iter().any(|name| ["path", "auto", "screen-space", "caustic-map"].contains(&name.as_str())), "{all:?}");
+        let others = ["path", "auto", "screen-space", "caustic-map", "instant-radiosity"];
+        assert!(!all.iter().any(|name| others.contains(&name.as_str())), "{all:?}");
     }
 
     #[test]

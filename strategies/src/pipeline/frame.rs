@@ -100,6 +100,7 @@ impl Pipeline {
             let mut wanted = settings.photon_settings(frame_index);
             wanted.cull = self.strategy.reach_m(info, wanted.emitted).map(|reach_m| DepositCull::new(camera, reach_m));
             wanted.caustics_only = self.strategy.caustics_only();
+            wanted.light_vertices = self.strategy.light_vertices();
             self.trace_photons(graph, frame, &wanted)
         });
         let photons = photons.transpose()?;

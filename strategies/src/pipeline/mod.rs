@@ -123,11 +123,11 @@ impl Pipeline {
         settings: &Settings,
         observer: &mut dyn FnMut(RenderProgress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendered, StrategyError> {
-        self.filtering.forget();
+        self.reset();
         self.render_next(executor, scene, camera, settings, observer)
     }
 
-    /// As [`Self::render`], but the first frame is filtered with the frames of the rendering before: the next image of a camera or a scene
+    /// As [`Self::render`], but strategy and filter remember the frames of the rendering before: the next image of a camera or a scene
     /// that moves. It is to have another seed, or its noise would be that of the image before.
     pub fn render_next(
         &mut self,
@@ -138,7 +138,6 @@ impl Pipeline {
         observer: &mut dyn FnMut(RenderProgress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendered, StrategyError> {
         self.meet(executor, settings)?;
-        self.strategy.reset();
         let info = scene.info();
         let mut rendered = Rendered { size: settings.size, frames: settings.frames, ..Rendered::default() };
         for frame in 0..settings.frames {

@@ -97,6 +97,13 @@ impl Rendered {
                 "strategy `{strategy}`: {name} = {count}: pixels some 65,536 times brighter than the scene at large are too dark"
             ));
         }
+        // A twentieth is seen beside the same image without a clamp.
+        for (name, count) in self.stats.iter().filter(|(name, count)| name.ends_with("removed_ppm") && *count > 50_000) {
+            let percent = f64::from(*count) / 1.0e4;
+            self.warnings.push(format!(
+                "strategy `{strategy}`: {name} = {count}: the clamp took {percent:.1} % of the indirect light; lower it by --set"
+            ));
+        }
     }
 
     /// GPU time of all passes and frames (ms); `None` if none was measured.

@@ -112,6 +112,7 @@ impl Settings {
             max_bounces: self.bounces,
             seed: self.frame_seed(frame_index),
             caustics_only: false,
+            light_vertices: false,
             cull: None,
         }
     }
@@ -119,6 +120,11 @@ impl Settings {
     /// Seed of frame `frame_index`; that of frame 0 is [`Self::seed`]. Frames of nearby seeds stay apart.
     pub fn frame_seed(&self, frame_index: u32) -> u32 {
         self.seed.wrapping_add(frame_index.wrapping_mul(0x9e37_79b9))
+    }
+
+    /// The seed of frame 0 where that of frame `frame_index` is `seed`: one for all frames of an image.
+    pub(crate) fn first_seed(seed: u32, frame_index: u32) -> u32 {
+        seed.wrapping_sub(frame_index.wrapping_mul(0x9e37_79b9))
     }
 
     /// Sample position inside the pixels of frame `frame_index`, in [0, 1)²: the centre for frame 0, then the points of the
@@ -200,6 +206,7 @@ mod tests {
         let settings = Settings { seed: 7, ..Settings::default() };
         assert_eq!(settings.frame_seed(0), 7);
         assert_ne!(settings.frame_seed(1), settings.frame_seed(2));
+        assert_eq!(Settings::first_seed(settings.frame_seed(5), 5), 7);
         assert_eq!(settings.photon_settings(1).seed, settings.frame_seed(1));
     }
 }

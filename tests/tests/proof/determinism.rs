@@ -8,7 +8,7 @@ use lightloom_tests::{Frame, Lab, View, strategies};
 
 /// `emitted` photons, with room for three records each.
 pub(crate) fn settings(emitted: u32, max_bounces: u32, seed: u32) -> PhotonSettings {
-    PhotonSettings { emitted, capacity: 3 * emitted, max_bounces, seed, caustics_only: false, cull: None }
+    PhotonSettings { emitted, capacity: 3 * emitted, max_bounces, seed, caustics_only: false, light_vertices: false, cull: None }
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod determinism;
 mod discs;
 mod equality;
 mod frosted;
+mod instant_radiosity;
 mod ledger;
 mod light_types;
 mod lights;

@@ -1,0 +1,4 @@
+// `strategies/instant_radiosity_gather.wgsl`, its rays traced by ray queries.
+enable wgpu_ray_query;
+#import "shared/ray_query.wgsl" as "shared/bvh.wgsl"
+#import "strategies/instant_radiosity_gather.wgsl"
