@@ -153,22 +153,35 @@ fn add_candidate(sums: ptr<function, Sums>, quads: array<Quad, 4>, i: u32) {
     (*sums).pending -= 1u;
 }
 
-// As `gather_run` of `shared/gather_run.wgsl`, by 64: the more are tested before they are added, the less threads that run in lockstep wait for
-// the one that found most.
-fn gather_run_of_box(sums: ptr<function, Sums>, quads: array<Quad, 4>, around: Box, run: vec2u) {
+// As `gather_run` of `shared/gather_run.wgsl`, of two rows at once and by 64: the more are tested before they are added, the less threads that run in
+// lockstep wait for the one that found most.
+fn gather_runs_of_box(sums: ptr<function, Sums>, quads: array<Quad, 4>, around: Box, a: vec2u, b: vec2u) {
     let middle = 0.5 * (around.lower + around.upper);
     let half = max(around.upper - middle, middle - around.lower);
-    for (var first = run.x; first < run.y; first += 64u) {
-        var near = vec2u(reach_bits(middle, half, first, run.y), reach_bits(middle, half, first + 32u, run.y));
-        (*sums).tested += min(64u, run.y - first);
-        (*sums).pending += countOneBits(near.x) + countOneBits(near.y);
-        while any(near != vec2u(0u)) {
-            let low = near.x != 0u;
-            let i = first + select(32u + firstTrailingBit(near.y), firstTrailingBit(near.x), low);
-            near = select(vec2u(0u, near.y & (near.y - 1u)), vec2u(near.x & (near.x - 1u), near.y), low);
-            add_candidate(sums, quads, i);
+    let longer = max(a.y - a.x, b.y - b.x);
+    for (var done = 0u; done < longer; done += 64u) {
+        let firsts = vec4u(a.x + done, a.x + done + 32u, b.x + done, b.x + done + 32u);
+        var near = vec4u(
+            reach_bits(middle, half, firsts.x, a.y), reach_bits(middle, half, firsts.y, a.y), reach_bits(middle, half, firsts.z, b.y),
+            reach_bits(middle, half, firsts.w, b.y)
+        );
+        (*sums).tested += min(64u, a.y - min(firsts.x, a.y)) + min(64u, b.y - min(firsts.z, b.y));
+        (*sums).pending += countOneBits(near.x) + countOneBits(near.y) + countOneBits(near.z) + countOneBits(near.w);
+        while any(near != vec4u(0u)) {
+            // The first word with a bit, and its lowest.
+            let some = near != vec4u(0u);
+            let taken = vec4<bool>(some.x, some.y & !some.x, some.z & !(some.x | some.y), !(some.x | some.y | some.z));
+            let word = select(select(select(near.w, near.z, taken.z), near.y, taken.y), near.x, taken.x);
+            let first = select(select(select(firsts.w, firsts.z, taken.z), firsts.y, taken.y), firsts.x, taken.x);
+            near = select(near, near & (near - 1u), taken);
+            add_candidate(sums, quads, first + firstTrailingBit(word));
         }
     }
+}
+
+fn row_run(row: vec2i, around: Box) -> vec2u {
+    let buckets = row_buckets(params.grid, row, around.lower, around.upper, params.reach);
+    return vec2u(bucket_offsets[buckets.x], bucket_offsets[buckets.y]);
 }
 
 fn point_at(pixel: vec2u) -> VisiblePoint {
@@ -276,12 +289,14 @@ fn sorted_grid_gather_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(l
         let span = vec2u(last - first) + 1u;
         expected_rows += span.x * span.y;
         for (var z = first.y; z <= last.y; z++) {
-            for (var y = first.x; y <= last.x; y++) {
-                let buckets = row_buckets(params.grid, vec2i(y, z), around.lower, around.upper, params.reach);
-                let run = vec2u(bucket_offsets[buckets.x], bucket_offsets[buckets.y]);
-                rows += 1u;
-                expected += run.y - run.x;
-                gather_run_of_box(&sums, now, around, run);
+            for (var y = first.x; y <= last.x; y += 2) {
+                let a = row_run(vec2i(y, z), around);
+                var b = row_run(vec2i(y + 1, z), around);
+                // A row beyond the last is none.
+                b.y = select(b.x, b.y, y < last.x);
+                rows += select(1u, 2u, y < last.x);
+                expected += a.y - a.x + b.y - b.x;
+                gather_runs_of_box(&sums, now, around, a, b);
             }
         }
     }
