@@ -153,19 +153,29 @@ fn add_candidate(sums: ptr<function, Sums>, quads: array<Quad, 4>, i: u32) {
     (*sums).pending -= 1u;
 }
 
-// As `gather_run` of `shared/gather_run.wgsl`, of two rows at once and by 64: the more are tested before they are added, the less threads that run in
-// lockstep wait for the one that found most.
+// Candidates of the `index`-th 64 of two runs, those of the first run before those of the second; none beyond them.
+fn batch(a: vec2u, b: vec2u, index: u32) -> vec2u {
+    let of_a = (a.y - a.x + 63u) / 64u;
+    let run = select(b, a, index < of_a);
+    let first = run.x + 64u * select(index - of_a, index, index < of_a);
+    return min(vec2u(first, first + 64u), run.yy);
+}
+
+// As `gather_run` of `shared/gather_run.wgsl`, of two rows and by 128: the more are tested before they are added, the less threads that run in lockstep
+// wait for the one that found most. Candidates keep their order, whatever lies between them.
 fn gather_runs_of_box(sums: ptr<function, Sums>, quads: array<Quad, 4>, around: Box, a: vec2u, b: vec2u) {
     let middle = 0.5 * (around.lower + around.upper);
     let half = max(around.upper - middle, middle - around.lower);
-    let longer = max(a.y - a.x, b.y - b.x);
-    for (var done = 0u; done < longer; done += 64u) {
-        let firsts = vec4u(a.x + done, a.x + done + 32u, b.x + done, b.x + done + 32u);
+    let batches = (a.y - a.x + 63u) / 64u + (b.y - b.x + 63u) / 64u;
+    for (var index = 0u; index < batches; index += 2u) {
+        let c = batch(a, b, index);
+        let d = batch(a, b, index + 1u);
+        let firsts = vec4u(c.x, c.x + 32u, d.x, d.x + 32u);
         var near = vec4u(
-            reach_bits(middle, half, firsts.x, a.y), reach_bits(middle, half, firsts.y, a.y), reach_bits(middle, half, firsts.z, b.y),
-            reach_bits(middle, half, firsts.w, b.y)
+            reach_bits(middle, half, firsts.x, c.y), reach_bits(middle, half, firsts.y, c.y), reach_bits(middle, half, firsts.z, d.y),
+            reach_bits(middle, half, firsts.w, d.y)
         );
-        (*sums).tested += min(64u, a.y - min(firsts.x, a.y)) + min(64u, b.y - min(firsts.z, b.y));
+        (*sums).tested += c.y - c.x + d.y - d.x;
         (*sums).pending += countOneBits(near.x) + countOneBits(near.y) + countOneBits(near.z) + countOneBits(near.w);
         while any(near != vec4u(0u)) {
             // The first word with a bit, and its lowest.
