@@ -1,26 +1,21 @@
 // Sums of light per texel that threads add to at once, in fixed point of 64 bits: a low and a high word a component. Needs `sums` bound:
 // array<atomic<u32>>.
 //
-// As in shared/splat_sums.wgsl the order does not matter to the last bit, and the unit is 2⁻³⁴ of a mean photon's flux: additions are
-// rounded by 3e-11 of it, sums reach 2²⁹ photons, and one that passes that is flagged in that instant.
+// The mean is a mean photon's flux. A sum that passes what it can hold, 2²⁹ of those, is flagged in that instant.
+#import "shared/fixed_point.wgsl"
 
-// High words of the largest addend, and of the first sum that is too large.
-const LARGEST_ADDEND: u32 = 0x40000000u;
-const BEYOND: u32 = 0x80000000u;
-// What a high word counts, 2³² units.
-const HIGH_UNIT: f32 = 0.25;
-const LOW_UNIT: f32 = 5.820766091346741e-11;
-const TWO_32: f32 = 4294967296.0;
+// Words of a texel. One sum of light: red, green and blue, two each; flags.
+const ONE_WORDS: u32 = 7u;
+// Four of luminance, two each; flags; photons within reach of each.
+const FOUR_WORDS: u32 = 13u;
 
 // Adds `value` ≥ 0, in means, at `word` and the next; sets bits of the word `flags` if the sum is too large.
 fn add_sum(word: u32, flags: u32, value: f32) {
-    let highs = min(value / HIGH_UNIT, f32(LARGEST_ADDEND));
-    let whole = floor(highs);
-    let low = u32(round((highs - whole) * TWO_32));
-    var high = u32(whole);
-    if low != 0u {
-        let before = atomicAdd(&sums[word], low);
-        high += select(0u, 1u, before + low < before);
+    let addend = to_fixed(value);
+    var high = addend.y;
+    if addend.x != 0u {
+        let before = atomicAdd(&sums[word], addend.x);
+        high += select(0u, 1u, before + addend.x < before);
     }
     if high != 0u {
         let before = atomicAdd(&sums[word + 1u], high);

@@ -1,12 +1,11 @@
 // Two sums of light per pixel, three components each, that threads add to at once: in fixed point of 64 bits. `splat_sums_float.wgsl` stands in
 // for this file where floats can be added atomically.
 //
-// Sums of integers do not depend on their order. A number is a pair of words (low, high) in two's complement; its unit is 2⁻³⁴, where 1 is the
-// mean of what is summed (`SplatParams::scale`): each addend is rounded by half a unit at the most, 3e-11 of the mean, and sums reach 2²⁹ means.
-// The high word is touched by carries and by addends of a quarter of the mean and more.
+// The mean of what is summed is that of `SplatParams::scale`.
 //
 // The first sum is of addends that are not negative. Where it passes 2⁶³ units it is flagged in that instant: no addend is larger than half of
 // that, so that a sum cannot pass by unseen.
+#import "shared/fixed_point.wgsl"
 
 // Words of pixel i: red, green and blue at 4 i, and the flags, bit c for component c.
 @group(0) @binding(8) var<storage, read_write> first_low: array<atomic<u32>>;
@@ -20,33 +19,6 @@ struct LightSums {
     second: vec3f,
     // Some component of the first sum passed what it can hold, and is that; the second sum is given up.
     overflowed: bool,
-}
-
-// High words of the largest addend, and of the first number that is none.
-const LARGEST_ADDEND: u32 = 0x40000000u;
-const BEYOND: u32 = 0x80000000u;
-// What a high word counts: 2³² units.
-const HIGH_UNIT: f32 = 0.25;
-const LOW_UNIT: f32 = 5.820766091346741e-11;
-const TWO_32: f32 = 4294967296.0;
-
-fn negated(fixed: vec2u) -> vec2u {
-    return vec2u(~fixed.x + 1u, ~fixed.y + select(0u, 1u, fixed.x == 0u));
-}
-
-fn to_fixed(value: f32) -> vec2u {
-    // Everything but the last rounding is exact: powers of two, and a difference that needs no more bits than the value had.
-    let highs = min(abs(value) / HIGH_UNIT, f32(LARGEST_ADDEND));
-    let high = floor(highs);
-    let fixed = vec2u(u32(round((highs - high) * TWO_32)), u32(high));
-    return select(fixed, negated(fixed), value < 0.0);
-}
-
-fn from_fixed(fixed: vec2u) -> f32 {
-    let negative = fixed.y >= BEYOND;
-    let size = select(fixed, negated(fixed), negative);
-    let value = f32(size.y) * HIGH_UNIT + f32(size.x) * LOW_UNIT;
-    return select(value, -value, negative);
 }
 
 fn add_first(pixel: u32, component: u32, value: f32) {

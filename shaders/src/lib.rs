@@ -82,6 +82,7 @@ pub const FILES: &[(&str, &str)] = embed![
     "shared/environment.wgsl",
     "shared/estimate.wgsl",
     "shared/filter.wgsl",
+    "shared/fixed_point.wgsl",
     "shared/flux_ledger.wgsl",
     "shared/gather_run.wgsl",
     "shared/gather_sampling.wgsl",

@@ -1,16 +1,15 @@
-// Arguments of the dispatches over the places, folded into y where there are many: 8 lanes a place, then a thread a place.
+// Arguments of the dispatches over the places: 8 lanes a place, then a thread a place.
+#import "shared/dispatch.wgsl"
 
 @group(0) @binding(0) var<storage, read> place_count: u32;
 // Workgroups of the splats, of the lenses: x, y and z each.
 @group(0) @binding(1) var<storage, read_write> arguments: array<u32, 6>;
 
-const MAX_GROUPS: u32 = 65535u;
-
-fn write_groups(at: u32, groups: u32) {
-    let rows = (groups + MAX_GROUPS - 1u) / MAX_GROUPS;
-    arguments[at] = (groups + max(rows, 1u) - 1u) / max(rows, 1u);
-    arguments[at + 1u] = rows;
-    arguments[at + 2u] = 1u;
+fn write_groups(at: u32, count: u32) {
+    let groups = folded_groups(count);
+    arguments[at] = groups.x;
+    arguments[at + 1u] = groups.y;
+    arguments[at + 2u] = groups.z;
 }
 
 @compute @workgroup_size(1)

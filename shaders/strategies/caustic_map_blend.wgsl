@@ -19,8 +19,6 @@ struct BlendParams {
 // Of the splats, the smallest first; they add up to 1.
 @group(0) @binding(2) var blend: texture_storage_2d_array<rgba16float, write>;
 
-// As in caustic_map_four.wgsl.
-const WORDS: u32 = 13u;
 // Photons within reach from which on a splat begins to count, and from which on it counts alone.
 const FEW: f32 = 8.0;
 const ENOUGH: f32 = 16.0;
@@ -30,7 +28,7 @@ fn caustic_map_blend(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(params.side)) {
         return;
     }
-    let at = ((id.z * params.side + id.y) * params.side + id.x) * WORDS;
+    let at = ((id.z * params.side + id.y) * params.side + id.x) * FOUR_WORDS;
     var weights = vec4f(0.0, 0.0, 0.0, 1.0);
     var light = one_sum(at + 6u);
     for (var i = 3u; i > 0u; i -= 1u) {

@@ -18,16 +18,13 @@ struct ResolveParams {
 // Word 2: texels whose sum passed what it can hold.
 @group(0) @binding(4) var<storage, read_write> stats: array<atomic<u32>>;
 
-// As in caustic_map_splat.wgsl.
-const WORDS: u32 = 7u;
-
 @compute @workgroup_size(8, 8)
 fn caustic_map_resolve(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= vec2u(params.side)) {
         return;
     }
     let side = f32(params.side);
-    let at = ((id.z * params.side + id.y) * params.side + id.x) * WORDS;
+    let at = ((id.z * params.side + id.y) * params.side + id.x) * ONE_WORDS;
     if atomicLoad(&sums[at + 6u]) != 0u {
         atomicAdd(&stats[2], 1u);
     }

@@ -2,15 +2,6 @@
 // the photon's flux. Eight lanes a photon.
 #import "shared/caustic_splat.wgsl"
 #import "shared/caustic_sums.wgsl"
-#import "shared/dispatch.wgsl"
-
-struct SplatParams {
-    side: u32,
-    slack: f32,
-    // 1 / flux of a mean photon (W⁻¹): the sums' unit.
-    scale: f32,
-    pad0: u32,
-}
 
 @group(0) @binding(0) var<uniform> params: SplatParams;
 @group(0) @binding(1) var<storage, read> photons: array<StoredPhoton>;
@@ -25,68 +16,51 @@ struct SplatParams {
 // Kernels of four breadths, blended as the texels ask; else one, of the place's diameter.
 override BLENDED: bool = false;
 
-// Words of a texel: red, green and blue, two each; flags.
-const WORDS: u32 = 7u;
+fn diameters(splat: Splat) -> vec4f {
+    return select(vec4f(splat.diameter), FOUR_DIAMETERS, BLENDED);
+}
 
-fn kernels(view: CausticView, index: u32, splat: Splat, window: SplatWindow, texel: vec2u) -> vec4f {
-    let distance2 = splat_distance2(view, index, f32(params.side), splat, window, texel);
-    return splat_kernels(distance2, select(vec4f(splat.diameter), FOUR_DIAMETERS, BLENDED));
+// The texel's part of the kernel, or of what texels ask of the four kernels together.
+fn texel_part(view: CausticView, index: u32, splat: Splat, window: SplatWindow, texel: vec2u, total: vec4f) -> f32 {
+    let shares = texel_kernels(view, index, splat, window, texel, diameters(splat)) / total;
+    if BLENDED {
+        return dot(shares, textureLoad(blend, texel, index, 0));
+    }
+    return shares.x;
 }
 
 @compute @workgroup_size(64)
 fn caustic_map_splat(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) workgroups: vec3u,
     @builtin(local_invocation_index) local: u32) {
-    let slot = linear_index(group, workgroups, 1u) * (64u / SPLAT_LANES) + local / SPLAT_LANES;
+    let placed = placed_splat(splat_slot(group, workgroups, local));
     let lane = local % SPLAT_LANES;
-    let place = places[min(slot, arrayLength(&places) - 1u)];
-    let photon = photon_load(photons[place.photon], photon_state.grid);
-    let splat = Splat(photon.position, octahedral_decode(photon.normal), place.diameter, params.slack);
-    let flux = flux_decode(photon.flux) * params.scale;
     let side = f32(params.side);
-    let first_view = place.views & 0xffffu;
-    let end_view = select(first_view, first_view + (place.views >> 16u), slot < place_count);
-
-    var total = vec4f(0.0);
-    for (var index = first_view; index < end_view; index += 1u) {
-        let view = caustic_view(index);
-        let window = splat_window(view, side, splat);
-        for (var y = window.lower.y; y < window.upper.y; y += 1u) {
-            for (var x = window.lower.x + lane; x < window.upper.x; x += SPLAT_LANES) {
-                total += kernels(view, index, splat, window, vec2u(x, y));
-            }
-        }
-    }
-    total = max(sum_over_lanes(local, total), vec4f(1.0e-30));
+    let total = kernel_totals(local, placed, diameters(placed.splat));
 
     // What texels ask of four kernels together is not the whole of any, so that it is divided by its sum in turn.
     var asked = 1.0;
     if BLENDED {
         asked = 0.0;
-        for (var index = first_view; index < end_view; index += 1u) {
+        for (var index = placed.first_view; index < placed.end_view; index += 1u) {
             let view = caustic_view(index);
-            let window = splat_window(view, side, splat);
+            let window = splat_window(view, side, placed.splat);
             for (var y = window.lower.y; y < window.upper.y; y += 1u) {
                 for (var x = window.lower.x + lane; x < window.upper.x; x += SPLAT_LANES) {
-                    let shares = kernels(view, index, splat, window, vec2u(x, y)) / total;
-                    asked += dot(shares, textureLoad(blend, vec2u(x, y), index, 0));
+                    asked += texel_part(view, index, placed.splat, window, vec2u(x, y), total);
                 }
             }
         }
         asked = max(sum_over_lanes(local, vec4f(asked)).x, 1.0e-30);
     }
-    for (var index = first_view; index < end_view; index += 1u) {
+    for (var index = placed.first_view; index < placed.end_view; index += 1u) {
         let view = caustic_view(index);
-        let window = splat_window(view, side, splat);
+        let window = splat_window(view, side, placed.splat);
         for (var y = window.lower.y; y < window.upper.y; y += 1u) {
             for (var x = window.lower.x + lane; x < window.upper.x; x += SPLAT_LANES) {
-                let shares = kernels(view, index, splat, window, vec2u(x, y)) / total;
-                var share = shares.x;
-                if BLENDED {
-                    share = dot(shares, textureLoad(blend, vec2u(x, y), index, 0)) / asked;
-                }
+                let share = texel_part(view, index, placed.splat, window, vec2u(x, y), total) / asked;
                 if share > 0.0 {
-                    let at = ((index * params.side + y) * params.side + x) * WORDS;
-                    add_sums(at, at + 6u, flux * share);
+                    let at = texel_index(index, vec2u(x, y)) * ONE_WORDS;
+                    add_sums(at, at + 6u, placed.flux * share);
                 }
             }
         }

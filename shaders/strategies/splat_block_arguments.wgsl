@@ -1,4 +1,5 @@
-// Arguments of the dispatch of a workgroup per block, folded into y where there are many; and their number for the report.
+// Arguments of the dispatch of a workgroup per block, and their number for the report.
+#import "shared/dispatch.wgsl"
 
 struct Params {
     // Records of the store.
@@ -14,14 +15,12 @@ struct Params {
 // Word 0: blocks of pixels.
 @group(0) @binding(3) var<storage, read_write> stats: array<u32>;
 
-const MAX_GROUPS: u32 = 65535u;
-
 @compute @workgroup_size(1)
 fn splat_block_arguments() {
     let blocks = splat_offsets[params.capacity];
-    let rows = (blocks + MAX_GROUPS - 1u) / MAX_GROUPS;
-    arguments[0] = (blocks + max(rows, 1u) - 1u) / max(rows, 1u);
-    arguments[1] = rows;
-    arguments[2] = 1u;
+    let groups = folded_groups(blocks);
+    arguments[0] = groups.x;
+    arguments[1] = groups.y;
+    arguments[2] = groups.z;
     stats[0] = blocks;
 }

@@ -57,7 +57,7 @@ const SIDE: u32 = 512;
 /// Sides of the smallest and the largest view (texels).
 const SIDES: [u32; 2] = [16, 2048];
 
-/// Words of a texel's sum of light, and of its four sums and counts: `WORDS` of `caustic_map_splat.wgsl` and `caustic_map_four.wgsl`.
+/// Words of a texel's sum of light, and of its four sums and counts: as in `shared/caustic_sums.wgsl`.
 pub(super) const ONE_WORDS: u64 = 7;
 pub(super) const FOUR_WORDS: u64 = 13;
 

@@ -2,6 +2,8 @@
 
 use super::config::{FOUR_WORDS, ONE_WORDS};
 use super::{CausticMapConfig, SplatSize};
+use crate::screen_space::SURFACE_SLACK;
+use crate::splat::inverse_power_of_two;
 use crate::{FrameInputs, StrategyError};
 use lightloom_graph::wgpu::{CompareFunction, TextureFormat};
 use lightloom_graph::{
@@ -10,10 +12,6 @@ use lightloom_graph::{
 };
 use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{PhotonGrid, Photons, SceneRasterShader, SceneShader};
-
-/// Something is on a surface if it is within this part of the scene's radius of it, however small texels are: some steps of a
-/// compact store's positions.
-const SLACK: f32 = 1.0e-5;
 
 shader_struct! {
     struct CausticViewParams {
@@ -189,7 +187,7 @@ impl Maps {
         let params = PlaceParams {
             groups: info.light_group_count,
             side: receivers.side,
-            slack: SLACK * info.bounds_radius,
+            slack: SURFACE_SLACK * info.bounds_radius,
             diameter: config.diameter().unwrap_or(0.0),
             spread: config.spread,
             most: config.diameter().unwrap_or(config.most),
@@ -238,7 +236,8 @@ impl Maps {
     ) -> Handle<Texture> {
         let FrameInputs { scene, info, .. } = *frame;
         let (side, views) = (receivers.side, info.light_view_count);
-        let params = SplatParams { side, slack: SLACK * info.bounds_radius, scale: scale(info, photons.emitted), pad0: 0 };
+        let params =
+            SplatParams { side, slack: SURFACE_SLACK * info.bounds_radius, scale: scale(info, photons.emitted), pad0: 0 };
         let blended = mode == SplatSize::MultiResolution;
         let blend = if blended {
             self.add_blend(graph, frame, photons, params, receivers, places)
@@ -306,7 +305,7 @@ impl Maps {
         let FrameInputs { scene, info, size, gbuffer, .. } = *frame;
         let params = ProjectParams {
             camera_position_world: frame.camera_position_world(),
-            slack: SLACK * info.bounds_radius,
+            slack: SURFACE_SLACK * info.bounds_radius,
             size,
             groups: info.light_group_count,
             side: receivers.side,
@@ -352,8 +351,7 @@ fn zeros(graph: &mut Graph<'_>, name: &str, side: u32, views: u32, words: u64) -
 
 /// 1 / flux of a mean photon (W⁻¹), to the nearest power of two.
 fn scale(info: &SceneInfo, emitted: u32) -> f32 {
-    let mean = info.total_power.max_element() / emitted.max(1) as f32;
-    if mean.is_finite() && mean > 0.0 { (-mean.log2().round().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
+    inverse_power_of_two(info.total_power.max_element() / emitted.max(1) as f32)
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@
 //! | `instant_radiosity_sort` | 96 M | 48 M |
 //! | `instant_radiosity_resample` | 112 X + 48 M a workgroup | 80 X |
 //! | `instant_radiosity_shade` | 112 X | 16 X |
-//! | `instant_radiosity_removed` | 16 X | |
+//! | `instant_radiosity_removed`, with a clamp | 16 X | |
 //!
 //! and one ray a pixel and light, or a pixel. A chunk is at most 64 lights and 2²⁶ rays, which no driver's watchdog minds. Sums are in a fixed order: the
 //! strategy is always deterministic.
@@ -242,12 +242,15 @@ impl Strategy for InstantRadiosity {
             InstantRadiosityMode::Progressive => self.gather(graph, frame, &lights, &mut stats),
             InstantRadiosityMode::Realtime => self.realtime.add(graph, frame, &self.config, &lights)?,
         };
-        graph
-            .compute(&self.removed)
-            .params(&RemovedParams { size: frame.size, ..RemovedParams::default() })
-            .read("sum", &indirect)
-            .write("stats", &mut stats)
-            .dispatch([1, 1, 1]);
+        // Without a clamp nothing is removed, and the word stays 0.
+        if self.config.clamp_m > 0.0 {
+            graph
+                .compute(&self.removed)
+                .params(&RemovedParams { size: frame.size, ..RemovedParams::default() })
+                .read("sum", &indirect)
+                .write("stats", &mut stats)
+                .dispatch([1, 1, 1]);
+        }
         let mut caustic = graph.texture("instant_radiosity_caustic", radiance_desc(frame.size));
         graph.clear_texture(&mut caustic, Load::Clear([0.0; 4]));
         let names = &["lights", "lights_lost", "pixels_cut", "clamp_removed_ppm"];

@@ -64,9 +64,9 @@ use lightloom_graph::{Buffer, BufferDesc, Graph, Handle, WgslSources, shader_str
 use lightloom_passes::scene::SceneInfo;
 use lightloom_passes::{CameraUniform, Photons, SceneShader, radiance_desc};
 
-/// A photon is on a surface if it is within this part of the scene's radius of it, however near the camera: some steps of a compact
-/// store's positions.
-const SLACK: f32 = 1.0e-5;
+/// A photon is on a surface if it is within this part of the scene's radius of it, however small pixels or texels are there: some steps of a
+/// compact store's positions.
+pub(crate) const SURFACE_SLACK: f32 = 1.0e-5;
 
 shader_struct! {
     /// Parameters of `screen_space_deposit`.
@@ -164,7 +164,7 @@ impl ScreenSpace {
         // Only one denoiser asks for distances.
         let per_distance = if self.config.denoiser == Denoiser::Guided { 1.0 / distance_max } else { 0.0 };
         let scale = scale(frame.info, SplatShape::Sphere);
-        let slack = SLACK * frame.info.bounds_radius;
+        let slack = SURFACE_SLACK * frame.info.bounds_radius;
         let camera = *frame.camera;
         let mut sums: Sums = sums.add(graph, u64::from(frame.size[0]) * u64::from(frame.size[1]));
         let params = DepositParams { camera, scale, distance_min, distance_max, per_distance, slack, ..DepositParams::default() };

@@ -342,6 +342,11 @@ pub(crate) fn scale(info: &SceneInfo, shape: SplatShape) -> f32 {
         SplatShape::Sphere => irradiance / PI,
         SplatShape::Ellipsoid => irradiance,
     };
+    inverse_power_of_two(mean)
+}
+
+/// One over the power of two nearest to `mean`: 1 where there is none.
+pub(crate) fn inverse_power_of_two(mean: f32) -> f32 {
     // Far beyond any scene, and within what a float can say of its inverse.
     if mean.is_finite() && mean > 0.0 { (-mean.log2().round().clamp(-100.0, 100.0)).exp2() } else { 1.0 }
 }
